@@ -1,4 +1,4 @@
-"""A controller's output: hybrid-relative motions of both tools, a chunk at a time."""
+"""Define a controller's output: hybrid-relative motions of both tools, a chunk at a time."""
 
 from __future__ import annotations
 
@@ -25,11 +25,11 @@ class ToolAction:
         turn_tool: (2, 6) change of orientation, first two columns of the rotation matrix.
         jaw_rad: (2,) wanted total opening; below zero the fingers press on each other.
 
-    Each field may be given as anything that numpy reads, or as a tensor of any device; it is kept
-    as a read-only copy, so that nobody changes the motion afterwards.
+    Each field accepts anything that numpy reads, or a tensor of any device. The action keeps a
+    read-only copy, so that the motion cannot be changed afterwards.
 
     Raises:
-        ValueError: a field holds no numbers, has another shape or is not finite, or two columns
+        ValueError: A field has no numbers, has another shape or is not finite, or two columns
             are parallel.
     """
 
@@ -57,7 +57,7 @@ class ToolAction:
         return np.concatenate(rows, axis=1).ravel()
 
     def with_arms(self, arms: NDArray[np.bool_], own: ToolAction) -> ToolAction:
-        """Return the action in which the arms (2,) that are marked do as in another one."""
+        """Return the action in which the marked arms (2,) follow another action."""
         return ToolAction(
             move_endoscope_m=np.where(arms[:, None], own.move_endoscope_m, self.move_endoscope_m),
             turn_tool=np.where(arms[:, None], own.turn_tool, self.turn_tool),
@@ -66,7 +66,7 @@ class ToolAction:
 
 
 def _numbers(given: Any) -> Array | None:
-    """Return a copy as an array of floats; None if these are no real numbers."""
+    """Return a copy as an array of floats; None if the values are no real numbers."""
     try:
         if hasattr(given, "detach"):  # a tensor of PyTorch
             given = given.detach().cpu().double()

@@ -1,4 +1,4 @@
-"""The interface of every controller."""
+"""Define the interface of every controller."""
 
 from __future__ import annotations
 
@@ -16,9 +16,12 @@ class Controller(Protocol):
     def reset(self) -> None:
         """Forget the current motion: an episode starts, or others have moved the arms.
 
-        It is called as an episode starts, after each exchange of a tool, in each control step in
-        which a person holds the arms or a perturbation leads one, and where the right tool's place
-        was learned anew.
+        The loop calls `reset`:
+
+        - as an episode starts,
+        - after each tool exchange,
+        - in each control step in which a person holds the arms or a perturbation leads one,
+        - where the right tool's place was learned anew.
         """
         ...
 
@@ -28,11 +31,11 @@ class Controller(Protocol):
 
 
 def require_chunk(chunk: object) -> Chunk:
-    """Return what `act` of a controller returned.
+    """Return the output of a controller's `act`, after a check.
 
     Raises:
-        TypeError: it is no sequence of motions.
-        ValueError: there is no motion.
+        TypeError: The chunk is no sequence of motions.
+        ValueError: The chunk has no motion.
     """
     if not isinstance(chunk, Sequence):
         raise TypeError(f"controller: act returned a {_kind(chunk)}, not a tuple of ToolActions")

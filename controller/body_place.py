@@ -1,4 +1,4 @@
-"""How far has the body moved? Smoothly, from an uncertain place on it."""
+"""Estimate how far the body has moved, smoothly, from an uncertain place on it."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ import numpy as np
 
 from tissue_sim.frames import Array
 
-SURE_M = 2e-5  # a place that is known better is followed at once
+SURE_M = 2e-5  # a place with a smaller standard deviation is followed at once
 QUICK = 0.1  # share of a surprise by which the estimated place moves in a control step
 TREND = QUICK**2 / (2.0 - QUICK)  # the same of its velocity (Benedict and Bordner, 1962)
 REST = 2.0  # standard deviations within which the body counts as at rest
@@ -14,10 +14,10 @@ MAX_M = 0.002  # in a control step, 60 mm/s; faster motion is a bump of the endo
 
 
 class BodyPlace:
-    """Estimates how far the body has moved: smoothly, and not at all within what is uncertain.
+    """Estimates how far the body has moved: smoothly, and not at all within the uncertainty.
 
-    An alpha-beta filter with a dead zone. Without it the flicker of two points would be
-    differentiated and added to the motion of both arms.
+    The estimator is an alpha-beta filter with a dead zone. Without this filter, the flicker of two
+    points would be differentiated and added to the motion of both arms.
     """
 
     def __init__(self) -> None:

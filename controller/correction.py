@@ -1,8 +1,8 @@
-"""A person's correction to the letter: the arm that is named goes the way and the distance said.
+"""Carry out a person's correction exactly: the named arm moves by the instructed distance.
 
-A learned controller hears corrections too, from the planner, and obeys as well as it has learned. A
-person's is carried out by this rule, through driver and safety filter; the controller moves the
-other arm.
+A learned controller also gets corrections from the planner, and follows them as well as it has
+learned. This rule carries out a person's correction, through driver and safety filter. The
+controller moves the other arm.
 """
 
 from __future__ import annotations
@@ -24,12 +24,12 @@ APPROACH = 0.15  # share of what is left, in a step: the arms lag by two or thre
 
 
 def carried_out(action: ToolAction, instruction: Instruction, jaw_rad: Array) -> ToolAction:
-    """Return the action with what a person corrects replaced by the correction.
+    """Return the action with the motion of the corrected arms replaced by the correction.
 
     Args:
-        action: as the controller asks for it.
-        instruction: in force; one without a person's correction changes nothing.
-        jaw_rad: (2,) commanded last.
+        action: The action that the controller asks for.
+        instruction: The instruction in force. Without a person's correction nothing changes.
+        jaw_rad: (2,) jaw angles commanded last.
     """
     correction = instruction.correction
     if correction is None or instruction.source != "human":
@@ -42,7 +42,7 @@ def carried_out(action: ToolAction, instruction: Instruction, jaw_rad: Array) ->
 
 
 def moved_by_person(instruction: Instruction, led: int | None) -> NDArray[np.bool_]:
-    """Return (2,) which arms a person corrects, or leads by the hand (`led`; None for none)."""
+    """Return (2,) which arms a person corrects or leads by the hand (`led`; None for none)."""
     moved = np.arange(2) == (-1 if led is None else led)
     correction = instruction.correction
     if correction is None or instruction.source != "human":
@@ -60,7 +60,7 @@ def _opening(correction: Correction) -> float:
 
 
 def _step_m(correction: Correction, left_m: float) -> Array:
-    """Return the tip's motion (3,) in a step, endoscope frame; it ends gently."""
+    """Return the tip's motion (3,) in a step, endoscope frame; the motion ends gently."""
     if correction.direction is None:
         return np.zeros(3)
     along = np.array(DIRECTION_ENDOSCOPE[correction.direction])

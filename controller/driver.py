@@ -1,4 +1,4 @@
-"""From tool motions to joint targets: integrate the commanded poses, invert the kinematics."""
+"""Convert tool motions to joint targets: integrate the commanded poses, invert the kinematics."""
 
 from __future__ import annotations
 
@@ -20,8 +20,8 @@ class Rig:
     """Poses of the arms relative to the endoscope, as a calibration gives them.
 
     Attributes:
-        T_rcm_endoscope: (2, 4, 4) for left and right arm.
-        instruments: on the left and right arm.
+        T_rcm_endoscope: (2, 4, 4) poses of the endoscope, for left and right arm.
+        instruments: Instruments on the left and right arm.
     """
 
     T_rcm_endoscope: Array
@@ -36,14 +36,14 @@ def rig_of(T_world_rcm: Array, T_world_endoscope: Array, instruments: tuple) -> 
 
 
 def rig_in(world: World) -> Rig:
-    """Return the rig as it is calibrated in this world now."""
+    """Return the rig that a calibration in this world gives now."""
     return rig_of(world.arms.T_world_rcm, world.T_world_endoscope, world.arms.mounted)
 
 
 class Driver:
     """Keeps the commanded tool poses, so that small motions add up exactly.
 
-    An arm refuses a motion out of its reach: it holds, and `refused` counts it.
+    An arm refuses a motion out of its reach: the arm holds, and `refused` counts the motion.
     """
 
     def __init__(self, rig: Rig, joints: Array) -> None:
@@ -59,11 +59,11 @@ class Driver:
         )
 
     def follow(self, joints: Array) -> None:
-        """Continue from joints (2, 7), which were commanded instead of the last driven ones."""
+        """Continue from joints (2, 7) that were commanded instead of the last driven joints."""
         self.attach(self._rig, joints)
 
     def calibrate(self, rig: Rig) -> None:
-        """Use this rig's endoscope frame from now on: the endoscope was moved."""
+        """Use this rig's endoscope frame from now on, because the endoscope was moved."""
         self._rig = rig
 
     @property
@@ -93,7 +93,7 @@ class Driver:
 
 
 def motion_between(rig: Rig, start: Array, end: Array) -> ToolAction:
-    """Return the action that drives joints (2, 7) from `start` to `end`; inverts `Driver.drive`."""
+    """Return the action that drives joints (2, 7) from `start` to `end`; inverse of `drive`."""
     moves, turns = np.zeros((2, 3)), np.zeros((2, 6))
     for arm, instrument in enumerate(rig.instruments):
         T_start, T_end = (forward_kinematics(q[arm, :6], instrument) for q in (start, end))

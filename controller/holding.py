@@ -1,4 +1,4 @@
-"""What arms do while a person lets them hold: nothing, but for what is corrected in the hold."""
+"""Compute the action of a hold: both arms rest, unless a person corrects one of them."""
 
 from __future__ import annotations
 
@@ -13,17 +13,17 @@ from tissue_sim.thresholds import HELD_PINCH_N
 
 
 class Holding:
-    """Keeps jaws where they are as a hold begins.
+    """Keeps jaws at their angles as a hold begins.
 
-    Jaws lag behind their command, so one that closes would go on; a grasper that holds keeps its
-    command, which is its grip.
+    Jaws lag behind their command, so a closing jaw would continue to close. A grasper that holds
+    tissue keeps its command, which is its grip.
     """
 
     def __init__(self) -> None:
         self._jaw_rad: Array | None = None  # since a hold began
 
     def end(self) -> None:
-        """Take in that the arms do not hold."""
+        """Register that the arms do not hold."""
         self._jaw_rad = None
 
     def action(
@@ -32,10 +32,10 @@ class Holding:
         """Return the action of a step in a hold.
 
         Args:
-            instruction: in force.
-            seen: now.
+            instruction: The instruction in force.
+            seen: The present observation.
             commanded: (2,) the jaws' last command.
-            led: the arm that a person leads by the hand; None for none.
+            led: The arm that a person leads by the hand; None for none.
         """
         grips = np.array([seen.pinch_n >= HELD_PINCH_N, False])
         now_rad = np.where(grips, commanded, np.maximum(commanded, seen.joints[:, 6]))

@@ -1,4 +1,4 @@
-"""A controller that does nothing: every evaluation must fail it."""
+"""Define a controller that does nothing; every evaluation must fail this controller."""
 
 from __future__ import annotations
 
@@ -9,14 +9,14 @@ from tissue_sim.sensing.observation import Observation
 
 
 class ControllerIdle:
-    """Holds both arms where they are."""
+    """Holds both arms at their places."""
 
     def __init__(self, setup: PolicySetup) -> None:
         del setup
 
     def reset(self) -> None:
-        """Do nothing: there is nothing to forget."""
+        """Do nothing, because the controller has no memory."""
 
     def act(self, observation: Observation, instruction: Instruction) -> Chunk:
-        """Hold both arms, with the jaws as they are."""
+        """Hold both arms, with unchanged jaws."""
         return (hold(observation.joints[:, 6]),)

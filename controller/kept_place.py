@@ -1,8 +1,9 @@
-"""An arm that a person has moved stays where it was put, and closes nothing on its way back.
+"""Keep an arm where a person has moved it, and keep its jaws from closing on the way back.
 
-A controller goes where it takes its task's place to be: it would undo a correction at once, and
-jaws that are about to close would do so on the way. So the arm stays for a while, which leaves a
-person time for the next word, and its jaws close again only once it has come to rest.
+A controller moves to its own estimate of the task's place. It would undo a correction at once, and
+jaws that are about to close would close on the way. Therefore the arm stays for a while, which
+leaves a person time for the next instruction. Its jaws close again only after the arm has come to
+rest.
 """
 
 from __future__ import annotations
@@ -24,10 +25,10 @@ _ARMS = ("left", "right")
 
 
 class KeptPlace:
-    """Follows which arms a person has corrected or led, until they have come to rest.
+    """Follows which arms a person has corrected or led, until the arms have come to rest.
 
     Attributes:
-        stays: whether they stay where they were put.
+        stays: Whether the arms stay where the person moved them.
     """
 
     def __init__(self) -> None:
@@ -40,7 +41,7 @@ class KeptPlace:
 
     @property
     def in_words(self) -> tuple[str, ...]:
-        """Return what stays, for the person who put it there; empty if nothing does."""
+        """Return in words what stays, for the person who moved it; empty if nothing stays."""
         if not self.stays:
             return ()
         arms = [arm for arm, moved in zip(_ARMS, self._moved, strict=True) if moved]
@@ -48,25 +49,25 @@ class KeptPlace:
         return (f"{which} there for {STAYS_S:g} s, or until you say something else.",)
 
     def forget(self) -> None:
-        """Forget what was corrected: the arms have been moved elsewhere."""
+        """Forget the corrections, because the arms have been moved elsewhere."""
         self.stays = False
         self._until_s = 0.0  # infinite while a person moves an arm
         self._moved, self._rests_s = np.zeros(2, bool), np.zeros(2)
 
     def release(self) -> None:
-        """Let arms stay no longer: a person has said something else."""
+        """Let arms stay no longer, because a person has given another instruction."""
         self._until_s = 0.0
 
     def follow(
         self, instruction: Instruction, time_s: float, *, holds: bool, led: int | None = None
     ) -> bool:
-        """Take in a moment; return whether arms stay from now on, or do so no longer.
+        """Take in one control step; return whether arms begin to stay, or stay no longer.
 
         Args:
-            instruction: in force.
-            time_s: of it.
-            holds: a person lets the arms hold, and has all the time for the next word.
-            led: the arm that a person leads by the hand; None for none.
+            instruction: The instruction in force.
+            time_s: Time of the control step.
+            holds: Whether a person lets the arms hold, which leaves any time for an instruction.
+            led: The arm that a person leads by the hand; None for none.
         """
         stayed, moved = self.stays, moved_by_person(instruction, led)
         if moved.any():
@@ -78,11 +79,11 @@ class KeptPlace:
         return self.stays != stayed
 
     def kept(self, action: ToolAction, jaw_rad: Array) -> ToolAction:
-        """Return the action without what undoes a correction.
+        """Return the action without the motions that undo a correction.
 
         Args:
-            action: as the controller asks for it.
-            jaw_rad: (2,) commanded last.
+            action: The action that the controller asks for.
+            jaw_rad: (2,) jaw angles commanded last.
         """
         if not self._moved.any():
             return action

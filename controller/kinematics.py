@@ -1,9 +1,9 @@
-"""Closed-form inverse kinematics of the PSM; forward is `tissue_sim.tools.psm`.
+"""Compute the closed-form inverse kinematics of the PSM; forward is `tissue_sim.tools.psm`.
 
-With x the yaw axis' direction and p the yaw axis' point, the pitch axis is square to x (the wrist
-axes cross at right angles) and to p (shaft and clevis lie in one plane through the remote
-centre): it is +-(p x x), normalised. The clevis then points along e = x x pitch axis, the wrist
-is p - a e, and the six angles follow one after the other.
+Let x be the yaw axis' direction and p the yaw axis' point. The pitch axis is square to x, because
+the wrist axes cross at right angles. It is square to p, because shaft and clevis lie in one plane
+through the remote centre. The pitch axis is therefore +-(p x x), normalised. The clevis points
+along e = x x pitch axis, and the wrist is p - a e. The six angles follow one after the other.
 """
 
 from __future__ import annotations
@@ -44,8 +44,8 @@ def inverse_kinematics(
     Distance is the sum of absolute differences; a metre of insertion counts as a radian.
 
     Raises:
-        Unreachable: both branches leave the limits, the yaw axis points at the remote centre, the
-            wrist is at the remote centre, or the pose is not finite.
+        Unreachable: Both branches leave the limits, or the pose is not finite. The same holds if
+            the yaw axis points at the remote centre, or the wrist is there.
     """
     _require_pose(T_rcm_tool)
     near = [float(value) for value in near]

@@ -1,8 +1,9 @@
-"""A policy that LeRobot trained on a dataset of `calot collect`, as a controller.
+"""Run a policy that LeRobot trained on a dataset of `calot collect` as a controller.
 
-It gets what such a dataset has of a moment: encoders and motor currents, the tissue as sensed if it
-was trained with that, the pictures of its cameras, and the instruction as the task in words.
-LeRobot 0.4 must be installed beside Calot; its processors normalise what goes in and comes out.
+The policy's input is the content of such a dataset at one moment: encoders and motor currents, the
+pictures of its cameras, and the instruction. A policy that was trained with the sensed tissue also
+gets the sensed tissue. The instruction is LeRobot's task in words. LeRobot 0.4 must be installed
+beside Calot; its processors normalise input and output.
 """
 
 from __future__ import annotations
@@ -30,7 +31,8 @@ WEIGHTS = "model.safetensors"
 class ControllerLeRobot:
     """Plays as much of each chunk as the policy was made for, or one action at a time.
 
-    The latter where the policy looks at more than one moment, which LeRobot's own queue keeps.
+    One action at a time is played where the policy observes more than one moment. LeRobot's own
+    queue keeps these moments.
     """
 
     def __init__(self, policy: Any, before: Processor, after: Processor) -> None:
@@ -38,7 +40,7 @@ class ControllerLeRobot:
         self._text = ""
 
     def reset(self) -> None:
-        """Forget what was seen, and what is left of the chunk."""
+        """Forget the observations and the rest of the chunk."""
         self._policy.reset()
 
     def act(self, observation: Observation, instruction: Instruction) -> Chunk:
@@ -59,15 +61,15 @@ class ControllerLeRobot:
 
 
 def told_of(observation: Observation, text: str, wanted: Any) -> dict[str, Any]:
-    """Return what a policy is told of a moment, by LeRobot's names.
+    """Return a policy's input at one moment, by LeRobot's names.
 
     Args:
-        observation: the moment.
-        text: of the instruction.
-        wanted: names of what the policy was trained with.
+        observation: The present observation.
+        text: Text of the instruction.
+        wanted: Names of the inputs that the policy was trained with.
 
     Raises:
-        ValueError: the policy wants what a robot is not told, or a picture that is not there.
+        ValueError: The policy wants an input that a robot does not have, or a missing picture.
     """
     vector = observation.vector()[None]
     encoded, tissue = encoded_and_tissue(vector)

@@ -1,4 +1,4 @@
-"""How the tool of an arm, and points on its links, move with the joints; NaN in gives NaN out."""
+"""Compute how an arm's tool and points on its links move with the joints; NaN gives NaN."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from tissue_sim.tools.urdf import FINGER_SIDES, LINK_OF_JOINT
 def tool_jacobian(joints: Array, instrument: Instrument) -> Array:
     """Return (6, 6): rates of joints (6,), without the jaw, to the tip's velocity, RCM frame.
 
-    Rows 0-2 are its velocity, rows 3-5 its angular velocity.
+    Rows 0-2 are the tip's velocity, rows 3-5 its angular velocity.
     """
     return symbolic.tool_jacobian(instrument)(joints).reshape(6, 6).T
 
@@ -26,9 +26,9 @@ class Rates:
     """How several arms move with their joints.
 
     Attributes:
-        twists: (n_arm, 12, 6) from joint rates, without the jaw's, to the (3, 4) matrix, column
-            after column, that takes a homogeneous point of the tool to its velocity; world frame,
-            as `symbolic.rates` gives them.
+        twists: (n_arm, 12, 6) from joint rates, without the jaw's, to a (3, 4) matrix, column
+            after column. The matrix maps a homogeneous point of the tool to the point's velocity,
+            world frame, as in `symbolic.rates`.
     """
 
     twists: Array
@@ -42,7 +42,7 @@ class Rates:
         axis of the wrist yaw.
 
         Args:
-            arms: (n,) arm of each point.
+            arms: (n,) arm index of each point.
             links: (n,) row of each point's link in `PATCH_LINKS`.
             points_m: (n, 3) present positions, world frame.
             directions: (n, 3) directions of the speeds.

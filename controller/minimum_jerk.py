@@ -1,6 +1,7 @@
-"""Smooth motion of a tool from pose to pose.
+"""Move a tool smoothly from pose to pose.
 
-Flash and Hogan, "The coordination of arm movements", 1985: s = 10 t^3 - 15 t^4 + 6 t^5.
+The source is Flash and Hogan, "The coordination of arm movements", 1985:
+s = 10 t^3 - 15 t^4 + 6 t^5.
 """
 
 from __future__ import annotations
@@ -30,7 +31,7 @@ def between(T_start: Array, T_end: Array, share: float) -> Array:
 
 
 def minimum_jerk(T_start: Array, T_end: Array) -> Iterator[Array]:
-    """Yield poses (4, 4), one a control step, with the end but without the start."""
+    """Yield poses (4, 4), one per control step, with the end but without the start."""
     length = np.linalg.norm(T_end[:3, 3] - T_start[:3, 3])
     turn = np.linalg.norm(rotation_vector(T_start[:3, :3].T @ T_end[:3, :3]))
     least_s = PEAK * max(length / PEAK_SPEED_M_S, turn / PEAK_TURN_RAD_S)

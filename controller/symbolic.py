@@ -1,8 +1,8 @@
-"""Kinematics of the PSM as CasADi functions, written from its DH table; derivatives are CasADi's.
+"""Define the PSM's kinematics, from its DH table, as CasADi functions with derivatives.
 
-Joints are those of a `JointCommand` row (7,): outer yaw, outer pitch (rad), insertion (m), roll,
-wrist pitch, wrist yaw (rad), jaw (rad, total: each finger turns by half of it). Fingers follow the
-jaw below zero too, where real ones press on each other.
+Joints are a `JointCommand` row (7,): outer yaw, outer pitch (rad), insertion (m), roll, wrist
+pitch, wrist yaw (rad), jaw (rad). The jaw angle is the total opening: each finger turns by half of
+this angle. Fingers follow the jaw below zero too, where real fingers press on each other.
 """
 
 from __future__ import annotations
@@ -28,7 +28,7 @@ EYE = ca.SX.eye(4)
 def tool_jacobian(instrument: Instrument) -> Function:
     """Return the function of joints (6,), without the jaw, to the geometric Jacobian (6, 6).
 
-    Velocity comes first; in the RCM frame.
+    Velocity comes first, in the RCM frame.
     """
     joints = ca.SX.sym("joints", 6)
     return function("tool_jacobian", [joints], _tool_jacobian(joints, instrument))
@@ -36,11 +36,11 @@ def tool_jacobian(instrument: Instrument) -> Function:
 
 @cache
 def rates(instruments: tuple[Instrument, ...]) -> Function:
-    """Return how the tools of n arms move with joints (7, n); `T_world_rcm` as in `symbols`.
+    """Return how the tools of n arms move with joints (7, n); `T_world_rcm` is as in `symbols`.
 
-    (6, 12) for each arm: a row is dT/dq T^-1 of a joint without its last row, column after column.
-    This (3, 4) matrix times a point of the tool (world frame, homogeneous) is the point's velocity
-    per unit rate of the joint.
+    The output is (6, 12) for each arm. A row is dT/dq T^-1 of a joint without its last row, column
+    after column. This (3, 4) matrix times a point of the tool (world frame, homogeneous) is the
+    point's velocity per unit rate of the joint.
     """
     joints, T_world_rcm = symbols(instruments)
     arms = zip(ca.horzsplit(joints[:6, :]), ca.horzsplit(T_world_rcm, 4), instruments, strict=True)
@@ -70,7 +70,7 @@ class Function(threading.local):
     """
 
     def __init__(self, symbolic: ca.Function) -> None:
-        """Make the buffers; Python calls this again in each thread that uses the function."""
+        """Create the buffers; Python calls this again in each thread that uses the function."""
         self.symbolic = symbolic
         self._buffer, self._run = symbolic.buffer()
         self._inputs = [np.empty(symbolic.numel_in(k)) for k in range(symbolic.n_in())]
@@ -83,7 +83,7 @@ class Function(threading.local):
         """Return the output's entries (n,), column after column, for a vector of each input.
 
         Raises:
-            ValueError: a vector has another length than the function's input.
+            ValueError: A vector has another length than the function's input.
         """
         for k, (own, vector) in enumerate(zip(self._inputs, inputs, strict=True)):
             if (shape := np.shape(vector)) != own.shape:
@@ -95,7 +95,7 @@ class Function(threading.local):
 
 
 def function(name: str, inputs: Sequence[ca.SX], output: ca.SX) -> Function:
-    """Make a numeric function of joints, or of more of `INPUTS`."""
+    """Return a numeric function of joints, or of more of `INPUTS`."""
     names, outputs = INPUTS[: len(inputs)], [ca.densify(output)]
     return Function(
         ca.Function(name, list(inputs), outputs, list(names), ["output"], {"cse": True})

@@ -1,8 +1,8 @@
-"""Where the right tool is relative to what is seen, as far as a person's corrections teach it.
+"""Estimate the right tool's place relative to the observation, from a person's corrections.
 
-Where a person has moved the right arm and then has its jaws closed, the task's place is between
-them, whatever is seen. What is seen to lie between the two is taken for an error of the arm's
-registration (hand-eye calibration), which lasts.
+Suppose a person moves the right arm and then has its jaws closed. Then the task's place is between
+the jaws, whatever the observation says. The offset from the jaws to the observed place counts as an
+error of the arm's registration (hand-eye calibration), which lasts.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ from tissue_sim.frames import Array
 from tissue_sim.sensing.observation import Observation
 from tissue_sim.tools.arms import RIGHT_ARM
 
-WORTH_TELLING_M = 5e-4  # along an axis: what a person can see; assumed
+WORTH_TELLING_M = 5e-4  # along an axis: an offset that a person can see; assumed
 MOST_M = 0.010  # by which a registration can be wrong; assumed
 
 _WORDS = {
@@ -30,10 +30,10 @@ _WORDS = {
 
 
 class ToolPlace:
-    """Follows what a person corrects.
+    """Follows a person's corrections.
 
     Attributes:
-        offset_m: (3,) of the right tool from where its arm's registration has it, endoscope frame.
+        offset_m: (3,) offset of the right tool from its arm's registration, endoscope frame.
     """
 
     def __init__(self) -> None:
@@ -41,7 +41,7 @@ class ToolPlace:
         self._moved_in: Task | None = None
 
     def corrected(self, seen: Observation) -> Observation:
-        """Return an observation with the right tip where it has turned out to be."""
+        """Return an observation with the right tip at its corrected place."""
         if not self.offset_m.any():
             return seen
         tips = seen.tips_endoscope.copy()
@@ -50,7 +50,7 @@ class ToolPlace:
 
     @property
     def in_words(self) -> str:
-        """Return where the tool has turned out to be, for the person who showed it."""
+        """Return the tool's offset in words, for the person who corrected it."""
         ways = [
             f"{1e3 * way_m:.1f} mm {_WORDS[name]}"
             for name, way in DIRECTION_ENDOSCOPE.items()
@@ -60,11 +60,11 @@ class ToolPlace:
         return f"I take the right tool to be {place} from now on."
 
     def follow(self, seen: Observation, instruction: Instruction) -> bool:
-        """Take in a moment; return whether the tool has turned out to be elsewhere.
+        """Take in one control step; return whether the tool's offset has changed.
 
         Args:
-            seen: as corrected so far.
-            instruction: in force.
+            seen: The observation, as corrected so far.
+            instruction: The instruction in force.
         """
         said, task = instruction.correction, instruction.task
         if self._moved_in != task:

@@ -1,4 +1,4 @@
-"""How a planner judges the current task."""
+"""Represent a planner's judgement of the current task."""
 
 from __future__ import annotations
 
@@ -10,9 +10,9 @@ class Assessment:
     """A planner's judgement of the current task.
 
     Attributes:
-        progress: of the task, 0 to 1.
-        failure_chance: probability that the task will not succeed in time.
-        alarm: the probability is so high that a person should look.
+        progress: Progress of the task, 0 to 1.
+        failure_chance: Probability that the task will not succeed in time.
+        alarm: Whether the probability is so high that a person should look.
     """
 
     progress: float

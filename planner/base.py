@@ -1,11 +1,11 @@
-"""The interface of every planner, and the periods that planners share."""
+"""Define the interface of every planner, and the periods that planners share."""
 
 from typing import Protocol, TypeVar
 
 from planner.instruction import Instruction
 from planner.task import Task
 
-PLANNING_PERIOD_S = 1.0  # of simulated time, from one question to the planner to the next
+PLANNING_PERIOD_S = 1.0  # of simulated time, from one request to the planner to the next
 PATIENCE_S = 12.0  # a clip or a cut that has not succeeded by then is tried again
 MOST_TRIES = 3  # at a clip or a cut; more of the same is rough on the tissue
 
@@ -13,35 +13,35 @@ Observation_contra = TypeVar("Observation_contra", contravariant=True)
 
 
 class Planner(Protocol[Observation_contra]):
-    """Says what to do next, once each planning period.
+    """Gives the next instruction, once each planning period.
 
-    A privileged planner may have a true attribute `hears_of_success`: then it is also asked as
-    soon as a task has succeeded.
+    A privileged planner may have a true attribute `hears_of_success`. Such a planner is also asked
+    as soon as a task has succeeded.
     """
 
     def reset(self) -> None:
-        """Forget the episode so far: another one starts."""
+        """Forget the episode so far, because another episode starts."""
         ...
 
     def plan(self, observation: Observation_contra) -> Instruction:
-        """Return what to do now, given this observation and those before it.
+        """Return the present instruction, given this observation and all earlier ones.
 
-        An instruction with `call` declines and asks for a person; before anything irreversible is
-        done, this is an outcome of its own, and no failure.
+        An instruction with `call` declines and asks for a person. Before any irreversible act, a
+        call is an outcome of its own, and no failure.
         """
         ...
 
 
 def failed_too_often(task: Task) -> str:
-    """Return why a person is called who must do the task, in a surgeon's words."""
+    """Return the reason why a person must do the task, in a surgeon's words."""
     return f"{task.text!r} has failed {MOST_TRIES} times."
 
 
 def require_instruction(said: object) -> Instruction:
-    """Return what `plan` of a planner returned.
+    """Return the output of a planner's `plan`, after a check.
 
     Raises:
-        TypeError: it is no instruction, or one without a task.
+        TypeError: The output is no instruction, or an instruction without a task.
     """
     if not isinstance(said, Instruction):
         raise TypeError(f"planner: plan returned a {type(said).__name__}, not an Instruction")
@@ -51,6 +51,6 @@ def require_instruction(said: object) -> Instruction:
 
 
 def hears_of_success(planner: object) -> bool:
-    """Return whether a planner is also asked when a task succeeds; only a privileged one is."""
+    """Return whether a planner is also asked when a task succeeds, as only a privileged one is."""
     told = bool(getattr(planner, "hears_of_success", False))
     return told and bool(getattr(planner, "privileged", False))

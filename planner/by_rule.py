@@ -1,8 +1,8 @@
-"""A planner without learning: what is seen to be done decides what is next.
+"""Define a planner without learning: observed progress decides which task is next.
 
-In SRT-H's ablation "no hierarchy" it does what must be done for a policy that hears no words: it
-has tools exchanged, and tells the rules of a policy's chunks which task is due. It corrects
-nothing, and calls nobody.
+In SRT-H's ablation "no hierarchy", a policy gets no words as input. This planner has tools
+exchanged for such a policy, and gives the rules on the policy's chunks the task that is due. The
+planner neither gives corrections nor calls a person.
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ from tissue_sim.sensing.observation import Observation
 
 
 class PlannerByRule:
-    """Gives the first task that is not seen to be done (`planner.rules.task_gate`)."""
+    """Gives the first task that is not observed as done (`planner.rules.task_gate`)."""
 
     def __init__(self) -> None:
         self.reset()
@@ -37,6 +37,6 @@ class PlannerByRule:
 
 
 def make(setup: PolicySetup) -> PlannerByRule:
-    """Return the planner; nothing in its setup concerns it."""
+    """Return the planner, which does not use its setup."""
     del setup
     return PlannerByRule()

@@ -1,4 +1,4 @@
-"""Every command a person can give: an instruction, or a word about the run itself."""
+"""Define every command that a person can give: an instruction, or a word about the run itself."""
 
 from __future__ import annotations
 
@@ -24,13 +24,13 @@ class Command:
     """The meaning of a sentence. Exactly one of task, correction, word and deed is set.
 
     Attributes:
-        text: in words, unique to the command.
-        task: to carry out; if a structure is named, the task on the left tube.
-        correction: to make.
-        word: about the run.
-        deed: the next clip, or the cut, on the tube; the person did not say which clip.
-        tube: of a deed, as the endoscope sees it.
-        structure: named instead of the tube, in a deed or in a task.
+        text: The command in words, unique to the command.
+        task: Task to carry out. If a structure is named, it is the task on the left tube.
+        correction: Correction to make.
+        word: Word about the run.
+        deed: The next clip, or the cut, on the tube; the person did not name the clip.
+        tube: Tube of a deed, as the endoscope shows it.
+        structure: Structure that is named instead of the tube, in a deed or in a task.
     """
 
     text: str

@@ -1,4 +1,4 @@
-"""The 18 corrective instructions of SRT-H (arXiv 2505.10251): 12 for an arm, 6 for the jaws."""
+"""Define SRT-H's 18 corrective instructions (arXiv 2505.10251): 12 for an arm, 6 for the jaws."""
 
 from dataclasses import dataclass
 from typing import Literal
@@ -36,13 +36,13 @@ DIRECTION_ENDOSCOPE: dict[Direction, tuple[float, float, float]] = {
 
 @dataclass(frozen=True, kw_only=True)
 class Correction:
-    """A small motion asked of an arm or of the jaws during a task.
+    """A small motion of an arm or of the jaws that is requested during a task.
 
     Attributes:
-        text: The words a surgeon says, unique to the correction.
+        text: The words of a surgeon, unique to the correction.
         arm: The arm that moves; "both" is for the jaws only.
-        direction: Where the arm should move; None for a correction of the jaws.
-        jaw: What the jaws should do; None for a correction of an arm.
+        direction: Direction of the arm's motion; None for a correction of the jaws.
+        jaw: Motion of the jaws; None for a correction of an arm.
     """
 
     text: str

@@ -1,4 +1,4 @@
-"""When a task has succeeded: the world's outcome predicates, by kind of task. Privileged."""
+"""Decide whether a task has succeeded, by the world's outcome predicates. Privileged."""
 
 from __future__ import annotations
 
@@ -33,5 +33,5 @@ def is_needed(task: Task, world: World) -> bool:
 
 
 def structure_of(task: Task, world: World) -> str:
-    """Return which structure ("duct", "artery") the task's tube is in this patient, or ""."""
+    """Return the structure ("duct", "artery") of the task's tube in this patient, or ""."""
     return world.anatomy.structure(task.tube) if task.tube else ""

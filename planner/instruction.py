@@ -1,4 +1,4 @@
-"""What the planner tells the controller, in words."""
+"""Define the instruction that the planner gives the controller, in words."""
 
 from dataclasses import dataclass
 from typing import Literal
@@ -30,21 +30,21 @@ class Instruction:
 
     Attributes:
         task: The current task.
-        correction: The motion asked for now. Its text replaces the task's text, because the
-            controller of SRT-H hears one string only.
-        source: Who gives the instruction.
-        confidence: Of the source, 0 to 1.
-        time_s: Simulated time at which it was given.
+        correction: The motion requested now. Its text replaces the task's text, because the
+            controller of SRT-H gets one string only.
+        source: The source of the instruction.
+        confidence: Confidence of the source, 0 to 1.
+        time_s: Simulated time at which the instruction was given.
         overrides: Names of safety interlocks that a person has explicitly overridden.
-        assessment: How the planner judges the task; None if it does not judge it.
-        hold: Both arms stay where they are; the controller is not asked.
-        call: The planner declines and asks for a person, who finds the reason in `remark`. It goes
-            with `hold`, and ends the episode.
-        remark: Of the source, for a person to read: why this instruction, or why to hold.
-        left_m: How far a person's correction of an arm has still to go; None for all others, which
-            last until the source says something else.
-        speed: Share of the usual speed that a person wants, above 0, at most 1.
-        forbidden: What a person forbade, in words ("cut duct"), until a person allows it.
+        assessment: The planner's judgement of the task; None if there is none.
+        hold: Whether both arms hold their places; the controller is not asked.
+        call: Whether the planner declines and asks for a person. The reason is in `remark`. A call
+            goes with `hold`, and ends the episode.
+        remark: Remark of the source, for a person to read: the reason for the instruction or hold.
+        left_m: Remaining distance of a person's correction of an arm. None for all other
+            instructions, which last until the source gives another one.
+        speed: Share of the usual speed that a person wants, above 0 and at most 1.
+        forbidden: Acts that a person forbade, in words ("cut duct"), until a person allows them.
 
     Raises:
         ValueError: The planner overrides interlocks, a correction is given with a hold, or a call
@@ -75,7 +75,7 @@ class Instruction:
 
     @property
     def text(self) -> str:
-        """Return the string that the controller hears; `HOLD` and `CALL` it never hears."""
+        """Return the string that the controller gets, which is never `HOLD` or `CALL`."""
         if self.call:
             return CALL
         if self.hold:

@@ -1,8 +1,8 @@
-"""A language model as planner: it reads the scene in words and answers with an instruction.
+"""Use a language model as planner: it reads the scene in words and answers with an instruction.
 
-Simulated time stops while the model answers, so an episode does not depend on its speed. After an
-answer that cannot be followed both arms hold, and the instruction says why. Where no model can
-answer there is no planner: that is an error of the episode.
+Simulated time stops while the model answers, so an episode does not depend on the model's speed.
+After an answer that cannot be followed, both arms hold, and the instruction gives the reason. If no
+model can answer, the episode ends in an error.
 """
 
 from __future__ import annotations
@@ -70,7 +70,7 @@ class PlannerLlm:
     """Asks an endpoint once for each instruction, and again after an invalid answer."""
 
     def __init__(self, endpoint: Endpoint, sleep: Callable[[float], None] = time.sleep) -> None:
-        """Take an endpoint, and `sleep` to wait before it is asked again."""
+        """Take an endpoint, and `sleep` to wait before repeated requests."""
         self._client = ChatClient(endpoint, SCHEMA, sleep)
         self.reset()
 
@@ -84,7 +84,7 @@ class PlannerLlm:
         """Return the model's instruction, or a hold if its answer cannot be followed.
 
         Raises:
-            EndpointError: no model answers.
+            EndpointError: No model answers.
         """
         now_s = observation.time_s
         try:
@@ -101,7 +101,7 @@ class PlannerLlm:
         return instruction
 
     def _answer(self, observation: Observation) -> tuple[Task, Correction | None, float, str]:
-        """Return the first answer that can be followed; after a hold ask once only."""
+        """Return the first answer that can be followed; after a hold the model is asked once."""
         question = self._question(observation)
         for _ in range(0 if self._confused else ATTEMPTS - 1):
             with suppress(NonsenseError):
@@ -118,10 +118,10 @@ class PlannerLlm:
 
 
 def parse_answer(text: str) -> tuple[Task, Correction | None, float, str]:
-    """Parse an answer into task, correction, confidence and reason.
+    """Return task, correction, confidence and reason of an answer.
 
     Raises:
-        NonsenseError: no part of it keeps `SCHEMA`, but for keys besides.
+        NonsenseError: No part of the answer keeps `SCHEMA`; additional keys are allowed.
     """
     answer = object_in(text, SCHEMA["required"])
     said, confidence = answer["correction"], answer["confidence"]
@@ -138,20 +138,20 @@ def parse_answer(text: str) -> tuple[Task, Correction | None, float, str]:
 
 
 def require_answer(endpoint: Endpoint) -> None:
-    """Ask a question whose answer does not matter, to know that a model answers.
+    """Ask a question with an irrelevant answer, to check that a model answers.
 
     Raises:
-        EndpointError: none does.
+        EndpointError: No model answers.
     """
     with suppress(NonsenseError):
         ChatClient(endpoint, SCHEMA).ask(SYSTEM, "Nothing is seen yet: say task 1.")
 
 
 def make(setup: PolicySetup) -> PlannerLlm:
-    """Return the planner that asks the endpoint which the environment names.
+    """Return the planner for the endpoint that the environment names.
 
     Raises:
-        ValueError: the environment names no endpoint, or a wrong one.
+        ValueError: The environment names no endpoint, or a wrong one.
     """
     del setup
     return PlannerLlm(endpoint_from_environment())

@@ -1,4 +1,4 @@
-"""Network outputs that are identical to the bit for any number of processors."""
+"""Compute network outputs that are identical to the bit for any number of processors."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What the factory of a planner or controller is told, and how one declares itself privileged."""
+"""Define the input of a planner's or controller's factory, and the declaration of privilege."""
 
 from __future__ import annotations
 
@@ -14,14 +14,14 @@ Factory = TypeVar("Factory", bound=Callable[..., Any])
 
 @dataclass(frozen=True, kw_only=True)
 class PolicySetup:
-    """All that a policy may know before an episode begins; nothing of the patient is in it.
+    """All that a policy may know before an episode begins, without the patient.
 
     Attributes:
-        seed: of the episode; the policy draws its own random numbers from it.
-        checkpoint: file that the user named; None for the policy's own choice.
-        cameras: whose pictures a controller finds in `Observation.images`.
-        control_period_s: from one action to the next.
-        planning_period_s: from one call of the planner to the next.
+        seed: Seed of the episode, from which the policy draws its own random numbers.
+        checkpoint: File that the user named; None for the policy's own choice.
+        cameras: Cameras whose pictures a controller finds in `Observation.images`.
+        control_period_s: Time from one action to the next.
+        planning_period_s: Time from one call of the planner to the next.
     """
 
     seed: int = 0
@@ -31,10 +31,10 @@ class PolicySetup:
     planning_period_s: float = PLANNING_PERIOD_S
 
     def require_cameras(self, policy: str, names: Sequence[str]) -> None:
-        """Check that the pictures of these cameras are there.
+        """Check that the pictures of these cameras are available.
 
         Raises:
-            ValueError: a camera is missing; the message names the policy.
+            ValueError: A camera is missing. The message names the policy.
         """
         if missing := [name for name in names if name not in self.cameras]:
             raise ValueError(
@@ -46,7 +46,7 @@ class PolicySetup:
 def privileged(factory: Factory) -> Factory:
     """Declare that a factory's policy reads the hidden state of the world.
 
-    A privileged factory is called with the setup and the world, and results name it privileged.
+    A privileged factory is called with the setup and the world; results mark it as privileged.
     """
     factory.privileged = True  # pyright: ignore[reportFunctionMemberAccess]
     return factory

@@ -1,4 +1,4 @@
-"""The oracle planner: goes through the 17 tasks, each until its criterion is met. Privileged."""
+"""Define the oracle planner: it gives the 17 tasks, each until its criterion is met. Privileged."""
 
 from __future__ import annotations
 
@@ -20,13 +20,13 @@ from tissue_sim.world import World
 
 
 class PlannerScripted:
-    """Reads the world's hidden state, so it serves as the witness and the test oracle.
+    """Reads the world's hidden state, so the planner serves as the oracle, also in tests.
 
-    When a clip or a cut has not succeeded within `PATIENCE_S`, it asks to go back, and then for
-    the same task again; when the gallbladder has slipped out of the grasper, to go back and to
-    grab it again. After `MOST_TRIES` it gives up and calls for a person. On a tube without room for
-    three clips it leaves the second one out. What it cannot do on this anatomy (`why_call`) it
-    leaves to a person before the first clip.
+    When a clip or a cut has not succeeded within `PATIENCE_S`, the planner requests a retraction,
+    and then the same task again. When the gallbladder has slipped out of the grasper, the planner
+    requests a retraction and another grab. After `MOST_TRIES` it gives up and calls for a person.
+    On a tube without room for three clips it leaves the second clip out. An anatomy that it cannot
+    treat (`why_call`) is left to a person before the first clip.
     """
 
     privileged = True
@@ -34,9 +34,9 @@ class PlannerScripted:
     def __init__(
         self, world: World, order: Sequence[Task] = TASKS, *, hears_of_success: bool = True
     ) -> None:
-        """Take the tasks in `order`: grabbing first, and going back after each clip or cut.
+        """Take the tasks in `order`: the grab first, and a retraction after each clip or cut.
 
-        Without `hears_of_success` it is asked as often as a planner that only sees.
+        Without `hears_of_success` the planner is asked as often as an unprivileged planner.
         """
         self.hears_of_success = hears_of_success
         self._world, self._order = world, tuple(order)
@@ -66,13 +66,13 @@ class PlannerScripted:
         return Instruction(task=said, time_s=now_s)
 
     def _why_call(self, task: Task) -> str | None:
-        """Return why a person must be called now; None if there is no reason."""
+        """Return the reason why a person must be called now; None if there is no reason."""
         if self._tries > MOST_TRIES:
             return failed_too_often(task)
         return why_call(self._world.anatomy) if untouched(self._world) else None
 
     def _next_to_do(self) -> int:
-        """Return the next task; skip those that are left out, or were given and are still done."""
+        """Return the next task; tasks left out, or given and still done, are skipped."""
         at = self._index + 1
         while at < len(self._order) and self._is_skipped(at):
             at += 1
@@ -96,6 +96,6 @@ class PlannerScripted:
 
 @privileged
 def make(setup: PolicySetup, world: World) -> PlannerScripted:
-    """Return the scripted planner; nothing in its setup concerns it."""
+    """Return the scripted planner, which does not use its setup."""
     del setup
     return PlannerScripted(world)

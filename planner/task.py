@@ -1,4 +1,4 @@
-"""The 17 tasks of the procedure, in order, as SRT-H words them (arXiv 2505.10251)."""
+"""Define the procedure's 17 tasks, in order, in the words of SRT-H (arXiv 2505.10251)."""
 
 from dataclasses import dataclass
 from typing import Literal
@@ -14,11 +14,11 @@ class Task:
 
     Attributes:
         index: Place in the procedure, 1 to 17.
-        text: The words a surgeon says, unique to the task.
-        kind: What is done, for any tube and clip.
-        tube: The tube it is done to; None for grabbing.
-        clip: Which of the tube's three clips, 1 to 3; None if the task has no clip.
-        right_tool: The tool the right arm must hold; the left always holds the grasper.
+        text: The words of a surgeon, unique to the task.
+        kind: Kind of the task, for any tube and clip.
+        tube: The tube of the task; None for grabbing.
+        clip: Number of the clip on the tube, 1 to 3; None if the task has no clip.
+        right_tool: The tool that the right arm must hold; the left arm always holds the grasper.
     """
 
     index: int
@@ -30,12 +30,12 @@ class Task:
 
     @property
     def goes_back(self) -> bool:
-        """Return whether the right arm only goes back, from a clip or from the cut."""
+        """Return whether the right arm only retracts, from a clip or from the cut."""
         return self.kind in ("go_back", "go_back_from_cut")
 
     @property
     def is_deed(self) -> bool:
-        """Return whether it clips or cuts, which cannot be undone."""
+        """Return whether the task is a clip or a cut, which cannot be undone."""
         return self.kind in ("clip", "cut")
 
 

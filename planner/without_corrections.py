@@ -1,4 +1,4 @@
-"""SRT-H's ablation "task instructions only": a planner without its corrections."""
+"""Define SRT-H's ablation "task instructions only": a planner without its corrections."""
 
 from __future__ import annotations
 
@@ -19,12 +19,12 @@ class PlannerWithoutCorrections:
 
     @property
     def privileged(self) -> bool:
-        """Return whether the other planner is."""
+        """Return whether the other planner is privileged."""
         return is_privileged(self._planner)
 
     @property
     def hears_of_success(self) -> bool:
-        """Return whether the other planner does."""
+        """Return whether the other planner hears of success."""
         return hears_of_success(self._planner)
 
     def rule_uses(self) -> tuple[RuleUse, ...]:

@@ -1,1 +1,1 @@
-"""Put together, run, judge."""
+"""Set episodes up, run them and judge them."""

@@ -1,9 +1,11 @@
 """The names that `calot run` accepts; light to import, so that names are checked first.
 
-A planner or controller is listed with the path of its factory, for `scenarios.loop.policies`.
+A planner, controller or sense is listed with the path of its factory, and with what it needs.
 """
 
+from collections.abc import Mapping
 from dataclasses import dataclass
+from pkgutil import resolve_name
 from typing import Any
 
 from scenarios.perturbation.perturbation import Perturbation
@@ -16,8 +18,8 @@ class Scenario:
 
     Attributes:
         variant: A key of `tissue_sim.patient.variants.VARIANTS`; None for the seed's own patient of
-            the published population. Disturbances have textbook patients, so that only what the
-            name says is uncommon.
+            the published population. Disturbances have textbook patients, so that only the
+            named condition is uncommon.
     """
 
     name: str
@@ -53,69 +55,148 @@ SCENARIOS: dict[str, Scenario] = {
     )
 }
 
-PLANNERS: dict[str, str] = {
-    "learned": "planner.learned.planner:make",
-    "learned-alone": "planner.learned.planner:make_alone",
-    "llm": "planner.llm:make",
-    "rule": "planner.by_rule:make",
-    "scripted": "planner.scripted:make",
+
+@dataclass(frozen=True, kw_only=True)
+class PolicyEntry:
+    """A planner or a controller.
+
+    Attributes:
+        factory: MODULE:FACTORY, called with a `PolicySetup`.
+        checkpoint: Module with the `CHECKPOINTS` that a learned policy is made from; None for
+            others.
+        pictures: Whether it observes camera pictures itself, besides the sense's observation.
+        endpoint: Whether it asks an endpoint that the environment names.
+        privileged: Whether it reads the hidden state.
+    """
+
+    factory: str
+    checkpoint: str | None = None
+    pictures: bool = False
+    endpoint: bool = False
+    privileged: bool = False
+
+
+_LEARNED = "planner.learned.checkpoint"
+_DIFFUSION = "controller.diffusion.checkpoint"
+
+PLANNERS: dict[str, PolicyEntry] = {
+    "learned": PolicyEntry(factory="planner.learned.planner:make", checkpoint=_LEARNED),
+    "learned-alone": PolicyEntry(factory="planner.learned.planner:make_alone", checkpoint=_LEARNED),
+    "llm": PolicyEntry(factory="planner.llm:make", endpoint=True),
+    "rule": PolicyEntry(factory="planner.by_rule:make"),
+    "scripted": PolicyEntry(factory="planner.scripted:make", privileged=True),
 }
 
-LEARNED_PLANNERS = ("learned", "learned-alone")
-"""Calot's planners that are made from a checkpoint."""
-
-ENDPOINT_PLANNERS = ("llm",)
-"""Planners made from an endpoint that the environment names."""
-
-CONTROLLERS: dict[str, str] = {
-    "diffusion": "controller.diffusion.controller:make",
-    "diffusion-alone": "controller.diffusion.controller:make_alone",
-    "idle": "controller.idle:ControllerIdle",
-    "expert": "controller.expert.controller:make",
-    "pixels": "controller.pixels.controller:make",
+CONTROLLERS: dict[str, PolicyEntry] = {
+    "diffusion": PolicyEntry(factory="controller.diffusion.controller:make", checkpoint=_DIFFUSION),
+    "diffusion-alone": PolicyEntry(
+        factory="controller.diffusion.controller:make_alone", checkpoint=_DIFFUSION
+    ),
+    "idle": PolicyEntry(factory="controller.idle:ControllerIdle"),
+    "expert": PolicyEntry(factory="controller.expert.controller:make", privileged=True),
+    "pixels": PolicyEntry(
+        factory="controller.pixels.controller:make",
+        checkpoint="controller.pixels.checkpoint",
+        pictures=True,
+    ),
 }
 
-LEARNED_CONTROLLERS: dict[str, str] = {
-    "diffusion": "controller.diffusion.checkpoint",
-    "diffusion-alone": "controller.diffusion.checkpoint",
-    "pixels": "controller.pixels.checkpoint",
+
+@dataclass(frozen=True, kw_only=True)
+class SenseEntry:
+    """A sense, by which planner, controller and filter observe the world.
+
+    Attributes:
+        factory: MODULE:FACTORY, called with a `SenseSetup`.
+        description: Source of the observation.
+        checkpoint: Module with the `CHECKPOINTS` of its perception; None for none.
+        renders: Whether it needs the world's pictures.
+    """
+
+    factory: str
+    description: str
+    checkpoint: str | None = None
+    renders: bool = False
+
+
+_PERCEPTION = "controller.perception.checkpoint"
+
+SENSES: dict[str, SenseEntry] = {
+    "cameras": SenseEntry(
+        factory="scenarios.loop.camera_sense:make",
+        description="perception from pictures of the endoscope and both wrist cameras",
+        checkpoint=_PERCEPTION,
+        renders=True,
+    ),
+    "endoscope": SenseEntry(
+        factory="scenarios.loop.camera_sense:make_endoscope",
+        description="perception from pictures of the endoscope alone",
+        checkpoint=_PERCEPTION,
+        renders=True,
+    ),
+    "tracked": SenseEntry(
+        factory="tissue_sim.sensing.tracked:make",
+        description="a model of what cameras and encoders tell, with errors and hidden points",
+    ),
+    "exact": SenseEntry(
+        factory="tissue_sim.sensing.exact:make",
+        description="simulator state, which no robot has",
+    ),
 }
-"""Calot's controllers that are made from a checkpoint and a seed, with the module that reads it."""
 
-PICTURED_CONTROLLERS = ("pixels",)
-"""Calot's controllers that look at pictures themselves, besides what the sense tells."""
 
-SENSES: dict[str, str] = {
-    "cameras": "perception from pictures of the endoscope and both wrist cameras",
-    "endoscope": "perception from pictures of the endoscope alone",
-    "tracked": "a model of what cameras and encoders tell, with errors and hidden points",
-    "exact": "simulator state, which no robot has",
-}
-"""How everybody who acts observes the world."""
+def policy_named(name: str) -> PolicyEntry:
+    """Return the policy of a short name, or the outside one of MODULE:FACTORY."""
+    return (PLANNERS | CONTROLLERS).get(name) or PolicyEntry(factory=name)
 
-PERCEIVING = ("cameras", "endoscope")
-"""Senses that are made from a checkpoint, and need a renderer."""
+
+def sense_named(name: str) -> SenseEntry:
+    """Return the sense of a short name, or the outside one of MODULE:FACTORY.
+
+    An outside factory with a true attribute `renders` needs the world's pictures.
+
+    Raises:
+        ValueError: There is no such factory.
+    """
+    if name in SENSES:
+        return SENSES[name]
+    try:
+        factory = resolve_name(name)
+    except (ImportError, AttributeError, ValueError) as error:
+        raise ValueError(f"{name}: {error}") from None
+    line = (getattr(factory, "__doc__", None) or "").strip().partition("\n")[0]
+    return SenseEntry(
+        factory=name,
+        description=line or "a sense from outside",
+        renders=bool(getattr(factory, "renders", False)),
+    )
+
+
+def learned(policies: Mapping[str, PolicyEntry | SenseEntry]) -> tuple[str, ...]:
+    """Return the names of the policies or senses that are made from a checkpoint."""
+    return tuple(name for name, policy in policies.items() if policy.checkpoint is not None)
+
 
 SENSE_OF: dict[str, str] = {p.name: "tracked" for p in SENSING} | {
     p.name: "cameras" for p in PICTURES
 }
-"""The one sense with which a scenario means something, by the scenario's name."""
+"""The only sense that fits a scenario, by the scenario's name."""
 
 WITNESS: dict[str, Any] = {"planner": "scripted", "controller": "expert", "sense": "exact"}
-"""The stack that reads the hidden state of the world: it shows what is possible."""
+"""The oracle: the stack that reads the hidden state of the world, and shows the possible."""
 
 
 def usual_sense(planner: str, controller: str, scenario: str = "nominal") -> str:
-    """Return the sense where none is named: exact for the witness, which reads the state anyway.
+    """Return the default sense: exact for the oracle, which reads the state anyway.
 
-    Scenarios of larger sensing errors are for the sense that has errors.
+    Scenarios of larger sensing errors need the sense with errors.
     """
     witness = (planner, controller) == (WITNESS["planner"], WITNESS["controller"])
     return WITNESS["sense"] if witness and scenario not in SENSE_OF else "tracked"
 
 
 PEOPLE: dict[str, str] = {"surgeon": "scenarios.loop.person.surgeon:Surgeon"}
-"""Scripted people who see the truth and speak, each by a factory that takes the inbox."""
+"""Scripted people who read the truth and speak, each by a factory that takes the inbox."""
 
 ABLATIONS: dict[str, str] = {
     "no-corrections": "planner.without_corrections:PlannerWithoutCorrections"

@@ -53,7 +53,7 @@ COMMANDS: dict[str, Callable[..., Subcommand]] = {
 
 @outlives_its_readers
 def main(argv: Sequence[str] | None = None) -> int:
-    """Run one command; return its exit code; bad input gives 2 and a message in one line."""
+    """Run one command and return its exit code; bad input gives code 2 and a one-line message."""
     with stoppable(ends_program=argv is None):
         code = _executed(sys.argv[1:] if argv is None else list(argv))
     return stop_code() if code == INTERRUPTED else code
@@ -73,16 +73,16 @@ def _executed(words: list[str]) -> int:
         return BAD_INPUT
     except KeyboardInterrupt:
         return INTERRUPTED
-    except Exception:  # Python's own exit code for it, 1, would say that an episode failed
+    except Exception:  # Python's own exit code for a traceback, 1, would report a failed episode
         traceback.print_exc()
         return ERROR
 
 
 def _require_text(words: Sequence[str]) -> None:
-    """Check that the words are text, as all that is printed and written of them must be.
+    """Check that the words are valid text, because messages and files repeat them.
 
     Raises:
-        BadInputError: one has bytes that are not UTF-8, as names of files may have.
+        BadInputError: A word has bytes that are not UTF-8, as names of files may have.
     """
     for word in words:
         try:
@@ -92,10 +92,10 @@ def _require_text(words: Sequence[str]) -> None:
 
 
 def _see_current_folder() -> None:
-    """Let a policy MODULE:FACTORY lie in the user's folder.
+    """Allow a policy MODULE:FACTORY in the user's current folder.
 
     Raises:
-        BadInputError: the folder was removed.
+        BadInputError: The folder was removed.
     """
     try:
         here = os.getcwd()
@@ -109,7 +109,7 @@ def parse(argv: Sequence[str] | None = None) -> Subcommand:
     """Return the command that the words name.
 
     Raises:
-        BadInputError: the words name no command; in one line instead of tyro's box.
+        BadInputError: The words name no command. The message is one line instead of tyro's box.
     """
     complaint = io.StringIO()
     try:
@@ -131,7 +131,7 @@ def parse(argv: Sequence[str] | None = None) -> Subcommand:
 def _one_line(box: str) -> str:
     """Return the text in tyro's box, without its frame, its title and its pointers to the help.
 
-    Where the terminal has ASCII only, there is no frame, and a rule below the title.
+    On a terminal with ASCII only, tyro draws no frame, and a rule below the title.
     """
     rows = [re.sub(r"^[│|]\s*|\s*[│|]$", "", row) for row in box.splitlines()]
     text = " ".join(row.strip() for row in rows if not row.startswith(("╭", "╰")))

@@ -44,7 +44,7 @@ from tissue_sim.sensing.sense import Sense
 from tissue_sim.tools.arms import JointCommand
 from tissue_sim.world import World
 
-MOST_HELD_S = 600.0  # by a person, at a stretch: nobody is there any more; assumed
+MOST_HELD_S = 600.0  # longest hold by a person; longer: nobody is there any more; assumed
 STAYS_BACK_S = 1.0  # at the end: the robot must be sure that its arm is back
 
 
@@ -53,14 +53,14 @@ class Episode:
     """The running state of one episode.
 
     Attributes:
-        sense: tells everybody who acts what the robot senses, and nothing else.
-        observation: the latest one.
-        inbox: where people speak to the episode.
-        effects: what disturbs it.
-        tasks: the record of the tasks so far.
-        exchange_s: simulated time of tool exchanges so far.
-        guarded_driver: takes actions through driver and safety filter.
-        acts: times the controller.
+        sense: Gives the observation to planner, controller and filter, and nothing else.
+        observation: The latest observation.
+        inbox: Queue of people's input to the episode.
+        effects: The perturbations of the episode.
+        tasks: The record of the tasks so far.
+        exchange_s: Simulated time of tool exchanges so far.
+        guarded_driver: Takes actions through driver and safety filter.
+        acts: Times the controller.
     """
 
     config: EpisodeConfig
@@ -87,17 +87,17 @@ class Episode:
         self._pictures = Pictures(self.config.cameras)
         self._begun = False
         self._back_since_s = math.inf  # all is cut and the arm is back
-        self._instruction = Instruction(task=TASKS[0])  # until the planner is asked
+        self._instruction = Instruction(task=TASKS[0])  # until the planner's first plan
         self._chunk: deque[ToolAction] = deque()
         self._guided: GuidedArm | None = None  # a person leads this arm now
-        self._heard: list[Heard] = []  # observers do not know these yet
+        self._heard: list[Heard] = []  # observers have not received these yet
         self._told: list[str] = []
-        self._held_s = 0.0  # since a person lets the arms hold
+        self._held_s = 0.0  # length of the current hold by a person
 
     def steps(self) -> Iterator[Step]:
         """Run the loop: plan, hear, exchange tools when needed, act; until done or out of time.
 
-        Called again, or on a copy, it continues from where the episode is.
+        A further call, or a call on a copy, continues from the episode's current state.
         """
         if not self._begun:
             self._begin()
@@ -136,7 +136,7 @@ class Episode:
             return self._override.plan(replace(self.observation, stands_still=stands))
 
     def _hear(self) -> None:
-        """Take in what people said, and what has become of their orders."""
+        """Process people's input, and the outcomes of their orders."""
         for reading in self.inbox.take(self._time_s):
             self._heard.append(self._answer(reading))
         for perturbation in self.inbox.disturbances():
@@ -171,7 +171,10 @@ class Episode:
         self._instruction = instruction
 
     def _has_news(self, step: Step) -> bool:
-        """Return whether a task succeeded of which the planner hears; a person's keeps its time."""
+        """Return whether a task of the planner succeeded, and the planner is informed of success.
+
+        A person's task keeps its planned time.
+        """
         done = step.outcome.task_done and step.instruction.source == "planner"
         return done and hears_of_success(self.planner)
 
@@ -179,10 +182,10 @@ class Episode:
         return self._time_s - self._planned_s >= PLANNING_PERIOD_S - 1e-9
 
     def _next_action(self) -> tuple[ToolAction | None, ToolAction]:
-        """Return the action that the controller asks for, and the action to take.
+        """Return the action that the controller requests, and the action to take.
 
-        While the arms hold, or a perturbation leads an arm astray, the controller is not asked; it
-        starts anew afterwards.
+        While the arms hold, or a perturbation leads an arm astray, the controller does not act. The
+        controller starts anew afterwards.
         """
         said, jaw_rad = self._instruction, self.guarded_driver.joints[:, 6]
         if said.hold or self._person_holds:
@@ -215,7 +218,8 @@ class Episode:
     def _needs_exchange(self) -> bool:
         """Return whether the nurse acts now: only while the right arm is clear of the tubes.
 
-        None begins in a hold, or while an arm is moved by a person or stays where it was put.
+        No exchange begins in a hold, or while a person moves an arm, or while an arm stays in
+        place.
         """
         said, seen, kept = self._instruction, self.observation, self._kept_place
         waits = said.hold or kept.moves or kept.stays
@@ -229,7 +233,7 @@ class Episode:
         self._override.exchanging = True
         for command in nurse.exchange(self.world, self._instruction.task.right_tool, joints):
             self._hear()
-            if self._instruction.hold:  # the rest of the exchange follows later
+            if self._instruction.hold:  # the rest of the exchange follows after the hold
                 break
             yield self._step(command, exchange=True)
         self._hear()  # a correction that waited begins where the arm stands now
@@ -285,9 +289,9 @@ class Episode:
         )
 
     def _is_over(self, step: Step) -> bool:
-        """Return whether time is out, a person is called, or all is seen to be done.
+        """Return whether time is out, a person is called, or all is observed to be done.
 
-        Going back from the last cut is not the end before the arm is back. In a person's order of
+        The retraction from the last cut ends only when the arm is back. In a person's order of
         tasks, the last cut may be another one.
         """
         task, seen = step.instruction.task, step.observation

@@ -12,7 +12,7 @@ from controller.base import Controller
 from planner.base import Planner
 from planner.policy_setup import is_privileged
 from planner.rules.rule_use import rule_uses_of
-from scenarios.catalogue import PERCEIVING, SCENARIOS
+from scenarios.catalogue import SCENARIOS, sense_named
 from scenarios.episode import Episode
 from scenarios.loop.episode_config import EpisodeConfig
 from scenarios.loop.metrics.motion_metrics import MotionMetrics
@@ -50,13 +50,14 @@ def run_episode(
 ) -> EpisodeResult:
     """Run one episode to its end and judge it.
 
-    Args:
-        config: names the patient, the conditions and the policies.
-        observers: see each step.
-        inbox: where people speak to the episode.
-        planner: an object to use in place of the configured planner; likewise `controller`.
-
     An exception ends the episode and is the caller's to record: it is no failed episode.
+
+    Args:
+        config: Names the patient, the conditions and the policies.
+        observers: Receive each step.
+        inbox: Queue of people's input to the episode.
+        planner: An object to use in place of the configured planner.
+        controller: The same for the controller.
     """
     start_s = time.perf_counter()
     render = any(getattr(o, "needs_images", False) for o in observers)
@@ -66,7 +67,7 @@ def run_episode(
 
 
 def play(episode: Episode, observers: Sequence[Observer], start_s: float) -> EpisodeResult:
-    """Play an episode to its end and judge it; it began at `start_s` of `perf_counter`."""
+    """Play an episode to its end and judge it; the episode began at `start_s` of `perf_counter`."""
     for observer in observers:
         observer.on_reset(episode.world)
     metrics, sensing = MotionMetrics(episode.world), SensingMetrics()
@@ -100,7 +101,7 @@ def begin(
     effects = effects or Effects(config.perturbations, config.seed)
     if config.instruct is not None:
         inbox.arrange(read_script(Path(config.instruct)))
-    render = render or config.sense in PERCEIVING or bool(config.cameras)
+    render = render or sense_named(config.sense).renders or bool(config.cameras)
     world = patient_on_table(config, effects, render=render)
     sense = make_sense(config, effects)
     return Episode(
@@ -164,7 +165,7 @@ def result_of(episode: Episode, start_s: float) -> EpisodeResult:
 
 @dataclass(frozen=True, kw_only=True)
 class Judgement:
-    """What the patient tells of an episode, by the names of `EpisodeResult`."""
+    """The judgement of the patient, by the names of `EpisodeResult`."""
 
     success: bool
     dropped_clips: int
@@ -175,7 +176,7 @@ class Judgement:
 
 def judge(world: World, *, complete: bool) -> Judgement:
     """Pull at the clips, and judge the patient after an episode whose tasks are complete or not."""
-    if complete:  # else it would stretch what is not cut, which nobody did
+    if complete:  # otherwise the pull would stretch uncut tissue
         pull_all_clips(world)
     injuries = world.record.injuries
     return Judgement(
@@ -202,7 +203,7 @@ def _call(episode: Episode) -> CallResult | None:
 
 
 def _peaks(world: World) -> tuple[PeakResult, ...]:
-    """Return the peaks of what can be an injury, and the margins of the clips."""
+    """Return the peaks of the quantities with an injury limit, and the margins of the clips."""
     injuries = (PeakResult(event=p.event, value=p.value, limit=p.limit) for p in world.record.peaks)
     clips = (
         PeakResult(event=m.measure, value=m.value, limit=m.limit, at_least=m.at_least)

@@ -1,4 +1,4 @@
-"""Every suite of `calot evaluate`: its conditions, and what people say in them."""
+"""Every suite of `calot evaluate`: its conditions, and people's words in them."""
 
 from __future__ import annotations
 
@@ -16,8 +16,8 @@ class Saying(Timed):
     """A text at a time, and the command that it means.
 
     Attributes:
-        means: the command (`planner.command.COMMANDS`) that should be obeyed; None for a text that
-            is unclear or must not be obeyed: it must be asked back or refused, and nothing moves.
+        means: The command (`planner.command.COMMANDS`) that should be obeyed. None for a text that
+            is unclear or must not be obeyed: the robot must ask back or refuse, and nothing moves.
     """
 
     means: str | None
@@ -28,10 +28,10 @@ class Condition:
     """A condition under which every seed's episode runs.
 
     Attributes:
-        name: unique in its suite; also the folder's name.
-        scenario: a key of `scenarios.catalogue.SCENARIOS`.
-        magnitude: of its perturbation; None for the scenario's default.
-        said: texts that a person says during the episode.
+        name: Unique in its suite; also the folder's name.
+        scenario: A key of `scenarios.catalogue.SCENARIOS`.
+        magnitude: Magnitude of its perturbation; None for the scenario's default.
+        said: Texts that a person says during the episode.
     """
 
     name: str
@@ -45,7 +45,7 @@ class Ladder:
     """A perturbation with rising magnitude; the next rung runs if at least half of one pass.
 
     Attributes:
-        unit: of the magnitudes.
+        unit: Unit of the magnitudes.
     """
 
     axis: str
@@ -81,7 +81,7 @@ RECOVERY = (
     "clip-dropped",
     "grasp-slip",
 )
-"""SRT-H's failures, and two that happen without an arm being led astray."""
+"""SRT-H's failures, and two failures without an arm being led astray."""
 
 PARAPHRASES = (
     (3.0, "nudge the right hand upwards a little", "move right arm higher"),
@@ -113,7 +113,7 @@ CONTRADICTIONS = (
     (15.0, "move right arm to the left and to the right"),
     (20.0, "raise the right arm but keep it down"),
 )
-WARNINGS = (  # each holds both arms, whatever else it says, until the person says to go on
+WARNINGS = (  # each holds both arms, whatever its other words, until the person says to continue
     (3.0, "no no no"),
     (10.0, "be careful, you are too close to the bile duct"),
     (17.0, "move the right arm higher, no, lower"),
@@ -191,14 +191,14 @@ def _plain(*said: tuple[float, str]) -> Iterator[tuple[float, str, str]]:
 
 
 def _stopping(*stops: tuple[float, str, str, str]) -> Iterator[tuple[float, str, str]]:
-    """Yield words that hold the arms, and two seconds after each the words to go on."""
+    """Yield words that hold the arms, and two seconds after each the words to continue."""
     for time_s, text, means, on in stops:
         yield time_s, text, means
         yield time_s + 2.0, on, "resume"
 
 
 def _holding(*warnings: tuple[float, str]) -> Iterator[tuple[float, str, str]]:
-    """Yield warnings, and two seconds after each the words to go on."""
+    """Yield warnings, and two seconds after each the words to continue."""
     for (time_s, text), on in zip(warnings, GO_ON, strict=True):
         yield time_s, text, "stop"
         yield time_s + 2.0, on, "resume"
@@ -277,11 +277,11 @@ SUITES: dict[str, Suite] = {
 }
 
 SUITE_NAMES = (*SUITES, *(name for name in SCENARIOS if name not in SUITES))
-"""What `calot evaluate` accepts: a suite, or a scenario."""
+"""The names that `calot evaluate` accepts: a suite, or a scenario."""
 
 
 def suite_of(name: str) -> Suite:
-    """Return the suite of this name; a scenario's is of that scenario alone."""
+    """Return the suite of this name; a scenario's suite consists of that scenario alone."""
     if name in SUITES:
         return SUITES[name]
     description = SCENARIOS[name].description

@@ -1,6 +1,6 @@
-"""Files that a library can only read from disk, in one cache for all processes.
+"""Store files that a library can read only from disk, in one cache for all processes.
 
-A temporary folder would outlive a process that is killed.
+A temporary folder would remain after its process is killed.
 """
 
 import os
@@ -11,12 +11,12 @@ from tempfile import NamedTemporaryFile
 
 
 def cache_root() -> Path:
-    """Return the folder in which Calot, and Warp beside it, keep what can be made again."""
+    """Return the folder in which Calot and Warp keep files that can be made again."""
     return Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache")
 
 
 def cached_folder(name: str, files: Mapping[str, bytes]) -> Path:
-    """Return a folder that holds these files, by relative path; equal files share a folder.
+    """Return a folder that contains files, named by relative path; equal files share a folder.
 
     Raises:
         OSError: a file is missing and cannot be written.
@@ -29,7 +29,7 @@ def cached_folder(name: str, files: Mapping[str, bytes]) -> Path:
 
 
 def _put(path: Path, wanted: bytes) -> None:
-    """Write a file, completely or not at all, unless it is there."""
+    """Write a file unless it exists; write the whole file or nothing."""
     if path.exists() and path.read_bytes() == wanted:
         return
     path.parent.mkdir(parents=True, exist_ok=True)

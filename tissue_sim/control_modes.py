@@ -16,16 +16,16 @@ from tissue_sim.tools.psm import joint_limits
 JOINT_TARGETS = "joint_targets"
 JOINT_TARGETS_AND_TOOL = "joint_targets_and_tool"
 N_JOINTS = 14
-N_NUMBERS = {JOINT_TARGETS: N_JOINTS, JOINT_TARGETS_AND_TOOL: N_JOINTS + 1}  # of an action, by mode
-REQUESTS = (None, "clip_applier", "scissors")  # what the last number means, rounded
+N_NUMBERS = {JOINT_TARGETS: N_JOINTS, JOINT_TARGETS_AND_TOOL: N_JOINTS + 1}  # per action, by mode
+REQUESTS = (None, "clip_applier", "scissors")  # meaning of the last number, rounded
 
 
 @dataclass(frozen=True, kw_only=True)
 class EnvironmentAction:
-    """What an action asks for."""
+    """The request that an action encodes."""
 
     joints: Array  # (2, 7), not yet limited
-    tool: str | None  # of the right arm; None: as it is
+    tool: str | None  # of the right arm; None: no change
 
 
 def action_limits(control_mode: str) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
@@ -43,10 +43,12 @@ def action_limits(control_mode: str) -> tuple[NDArray[np.float32], NDArray[np.fl
 
 
 def read_action(action: Any, control_mode: str) -> EnvironmentAction:
-    """Read an action of a mode; its numbers are rounded to float32, as trajectories store them.
+    """Read an action of a control mode.
+
+    The numbers are rounded to float32, as trajectories store them.
 
     Raises:
-        ValueError: it has another shape, or a number that is not finite.
+        ValueError: the action has another shape, or a number that is not finite.
     """
     values = action.cpu().numpy() if isinstance(action, torch.Tensor) else np.asarray(action)
     n = N_NUMBERS[control_mode]

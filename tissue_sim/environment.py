@@ -1,6 +1,6 @@
-"""`Calot-Cholecystectomy-v1`: the world as a ManiSkill environment.
+"""Wrap the world as a ManiSkill environment, `Calot-Cholecystectomy-v1`.
 
-It is the only file that imports ManiSkill. It adds no physics: a step is `World.step`.
+No other file imports ManiSkill. The environment adds no physics: a step is `World.step`.
 """
 
 from __future__ import annotations
@@ -63,7 +63,7 @@ ENVIRONMENT_ID = "Calot-Cholecystectomy-v1"
 MAX_EPISODE_STEPS = 9000  # five minutes
 SENSOR_PIXELS = 128
 TRAINING_SEEDS = 10_000  # a reset without a seed draws from these
-PASSING = ("gallbladder grasped",)  # need not hold any more when the procedure is finished
+PASSING = ("gallbladder grasped",)  # may be false again when the procedure is finished
 
 
 class CholecystectomyEnv(BaseEnv):
@@ -71,10 +71,10 @@ class CholecystectomyEnv(BaseEnv):
 
     Action: (14,) joint targets, left arm then right: yaw, pitch (rad), insertion (m), roll, wrist
     pitch, wrist yaw, jaw (rad). Values beyond the mounted tools' limits are clipped. With
-    `control_mode="joint_targets_and_tool"`, a 15th number asks for the right arm's tool.
+    `control_mode="joint_targets_and_tool"`, a 15th number requests the right arm's tool.
 
-    `reset(seed=n)` takes the patient `anatomy_from_seed(n)`, and
-    `reset(options={"anatomy": ...})` any other.
+    `reset(seed=n)` loads the patient `anatomy_from_seed(n)`. `reset(options={"anatomy": ...})`
+    loads any other patient.
     """
 
     SUPPORTED_REWARD_MODES = ("sparse", "none")
@@ -125,12 +125,15 @@ class CholecystectomyEnv(BaseEnv):
 
     @property
     def metadata(self) -> dict[str, Any]:  # pyright: ignore[reportIncompatibleVariableOverride]
-        """The render modes that work on this machine, and the pictures a second."""
+        """Return the render modes that work on this machine, and the pictures per second."""
         return {"render_modes": render_modes(), "render_fps": self.control_freq}
 
     @property
     def spec(self) -> EnvSpec | None:  # pyright: ignore[reportIncompatibleVariableOverride]
-        """How to make it again. Its identifier names this module, so that gymnasium imports it."""
+        """Return the specification from which gymnasium makes the environment again.
+
+        Its identifier names this module, so that gymnasium imports the module.
+        """
         return self._spec
 
     @spec.setter
@@ -139,26 +142,26 @@ class CholecystectomyEnv(BaseEnv):
 
     @property
     def control_mode(self) -> str:
-        """The meaning of actions, one of `control_modes.N_NUMBERS`."""
+        """Return the meaning of actions, one of `control_modes.N_NUMBERS`."""
         return self._mode
 
     def equip(self, instrument: str) -> None:
-        """Mount "clip_applier" (with a clip) or "scissors" on the right arm, beside the actions."""
+        """Mount "clip_applier" (with a clip) or "scissors" on the right arm, without an action."""
         self.world.equip(instrument)
         self._observation = self.world.observe()
 
     def reset(
         self, seed: int | list[int] | None = None, options: dict[str, Any] | None = None
     ) -> tuple[Any, dict[str, Any]]:
-        """Put in a new patient: `options["anatomy"]`, the seed's, or one drawn for training.
+        """Load a patient: `options["anatomy"]`, the seed's, or a patient drawn for training.
 
         Args:
-            seed: the patient's.
-            options: `anatomy`: an `Anatomy` or the dict of its fields; and ManiSkill's own:
+            seed: the patient's seed.
+            options: `anatomy` is an `Anatomy` or the dict of its fields. ManiSkill's own option
                 `reset_to_env_states` starts from `{"env_states": ...}`.
 
         Raises:
-            ValueError: the seed or an option is none; nothing is changed.
+            ValueError: the seed or an option is invalid; nothing is changed.
         """
         first, given = first_seed(seed), require_reset_options(options)
         states = given.pop("reset_to_env_states", {}).get("env_states")
@@ -177,14 +180,17 @@ class CholecystectomyEnv(BaseEnv):
     def _started_from(
         self, whole: dict[str, Any], info: dict[str, Any]
     ) -> tuple[Any, dict[str, Any]]:
-        """Go on from a checked state after a reset to its patient."""
+        """Continue from a checked state after a reset to its patient."""
         self._put_back(whole)
         info = info | self.get_info()
         self._last_obs = self.get_obs(info)
         return self._last_obs, info
 
     def evaluate(self) -> dict[str, torch.Tensor]:
-        """Return what of the procedure is done. Success: all of it, and every stump is closed."""
+        """Return which parts of the procedure are done.
+
+        Success means that all parts are done and every stump is closed.
+        """
         flags = procedure_flags(self.world)
         done = all(v for name, v in flags.items() if name not in PASSING)
         flags["success"] = done and stumps_hold(self.world)
@@ -197,14 +203,14 @@ class CholecystectomyEnv(BaseEnv):
         return info["success"].float()
 
     def get_state_dict(self) -> dict[str, Any]:
-        """Return everything the next step depends on: tissue topology, arms, clips, patient."""
+        """Return all that the next step depends on: tissue topology, arms, clips, patient."""
         return state_to_tensors({"anatomy": self.world.anatomy, "world": self.world.state()})
 
     def set_state_dict(self, state: dict[str, Any], env_idx: torch.Tensor | None = None) -> None:
-        """Put back what `get_state_dict` returned or `RecordEpisode` saved, of any patient.
+        """Restore a state, of any patient, from `get_state_dict` or `RecordEpisode`.
 
         Raises:
-            ValueError: it is not such a state; nothing is changed.
+            ValueError: the value is not such a state; nothing is changed.
         """
         whole = self._opened(state)
         if whole["anatomy"] != self.world.anatomy:
@@ -212,7 +218,7 @@ class CholecystectomyEnv(BaseEnv):
         self._put_back(whole)
 
     def _opened(self, state: Any) -> dict[str, Any]:
-        """Return a state, or its bytes, as `{"anatomy": ..., "world": ...}`, checked."""
+        """Return a checked state as `{"anatomy": ..., "world": ...}`, from a state or its bytes."""
         in_bytes = isinstance(state, torch.Tensor | np.ndarray)
         whole = state_from_tensors(self._unflattened(state) if in_bytes else state)
         self.world.check(whole["world"], whole["anatomy"])
@@ -228,10 +234,10 @@ class CholecystectomyEnv(BaseEnv):
         return torch.from_numpy(np.concatenate(parts))[None]
 
     def set_state(self, state: torch.Tensor, env_idx: torch.Tensor | None = None) -> None:
-        """Put back what `get_state` returned, of this patient.
+        """Restore the bytes that `get_state` returned, of this patient.
 
         Raises:
-            ValueError: it is not bytes, of another size, or damaged; nothing is changed.
+            ValueError: the value is not bytes, has another size, or is damaged; nothing is changed.
         """
         self.set_state_dict(self._unflattened(state))
 
@@ -297,7 +303,7 @@ class CholecystectomyEnv(BaseEnv):
         }
 
     def _set_scene_config(self) -> None:
-        """Set the simulator's settings as for a world without ManiSkill."""
+        """Set the simulator's settings to those of a world without ManiSkill."""
         physics_system()  # for the whole process
 
     def _load_agent(self, options: dict[str, Any], *args: Any, **kwargs: Any) -> None:
@@ -320,7 +326,7 @@ class CholecystectomyEnv(BaseEnv):
         self._targets = self._observation.joints
 
     def _step_action(self, action: Any) -> torch.Tensor | None:
-        """One control step of the world; without an action, to the last targets."""
+        """Advance the world by one control step; without an action, towards the last targets."""
         if action is not None:
             asked = read_action(action, self.control_mode)
             clip = asked.tool == "clip_applier"
@@ -351,12 +357,12 @@ class CholecystectomyEnv(BaseEnv):
         return super()._get_obs_sensor_data(apply_texture_transforms)
 
     def render(self) -> Any:
-        """Draw the endoscope's left picture (1, height, width, 3), or what `render_mode` names."""
+        """Draw the endoscope's left picture (1, height, width, 3), or the view of `render_mode`."""
         self._draw(self._human_render_cameras)
         return super().render()
 
     def _draw(self, cameras: dict[str, Any]) -> None:
-        """Draw the field as it is now, and place the cameras."""
+        """Draw the current field, and place the cameras."""
         if self.world.view is None:
             raise ValueError("render_backend is 'none': choose another to see anything")
         self.world.view.update(self.world)
@@ -369,7 +375,7 @@ class CholecystectomyEnv(BaseEnv):
 
 
 class BatchedTruncation(gym.Wrapper, gym.utils.RecordConstructorArgs):
-    """Gives the truncation by gymnasium's `TimeLimit`, one bool, the batch axis of the others."""
+    """Adds a batch axis, as other results have, to the one bool of gymnasium's `TimeLimit`."""
 
     def __init__(self, env: gym.Env) -> None:
         gym.utils.RecordConstructorArgs.__init__(self)
@@ -381,7 +387,7 @@ class BatchedTruncation(gym.Wrapper, gym.utils.RecordConstructorArgs):
 
 
 class Unbatched(gym.utils.RecordConstructorArgs, CPUGymWrapper):
-    """Gives NumPy arrays without a batch axis, and plain numbers."""
+    """Returns NumPy arrays without a batch axis, and plain numbers."""
 
     def __init__(self, env: gym.Env) -> None:
         gym.utils.RecordConstructorArgs.__init__(self)
@@ -389,17 +395,17 @@ class Unbatched(gym.utils.RecordConstructorArgs, CPUGymWrapper):
 
 
 def make_single(**options: Any) -> gym.Env:
-    """Make one environment, with NumPy arrays without a batch axis, as most libraries want it.
+    """Make one environment whose NumPy arrays have no batch axis, as most libraries expect.
 
     Args:
-        options: those of `gym.make`, such as `obs_mode`.
+        options: options of `gym.make`, such as `obs_mode`.
     """
     return Unbatched(gym.make(ENVIRONMENT_ID, **options))
 
 
 @contextmanager
 def _told_if_no_window(render_mode: str | None) -> Iterator[None]:
-    """Say what to do where the viewer's window cannot be opened."""
+    """Raise an error with advice where the viewer's window cannot be opened."""
     try:
         yield
     except RuntimeError as error:

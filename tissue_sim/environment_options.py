@@ -1,4 +1,4 @@
-"""Which options of an environment and of its reset are allowed? Errors name the others."""
+"""Which options of an environment and of its reset are allowed? Errors name the invalid options."""
 
 from __future__ import annotations
 
@@ -20,12 +20,12 @@ RESET_OPTIONS = (
     "reconfigure",
     "env_idx",
     "reset_to_env_states",
-)  # the last are ManiSkill's
+)  # the last three are ManiSkill's
 DISPLAYS = ("DISPLAY", "WAYLAND_DISPLAY")
 
 
 def require_backend(num_envs: int, sim_backend: str) -> None:
-    """Check that one environment on the CPU is asked for."""
+    """Check that the request is for one environment on the CPU."""
     if num_envs != 1:
         raise ValueError(f"num_envs = {num_envs}: only 1; use gymnasium's vector environments")
     if sim_backend not in CPU_BACKENDS:
@@ -33,7 +33,7 @@ def require_backend(num_envs: int, sim_backend: str) -> None:
 
 
 def require_robot(robot_uids: str, control_mode: str) -> None:
-    """Check that no other robot and no unknown control mode is asked for."""
+    """Check that the request names no other robot and no unknown control mode."""
     if robot_uids != "none":
         raise ValueError(f"robot_uids = {robot_uids!r}: its two arms are part of it; leave it out")
     if control_mode not in N_NUMBERS:
@@ -41,7 +41,7 @@ def require_robot(robot_uids: str, control_mode: str) -> None:
 
 
 def require_renderer(render_backend: str) -> None:
-    """Check that pictures can be drawn, if they are to be."""
+    """Check that pictures can be drawn if the backend draws."""
     if render_backend != "none" and not renderer_available():
         raise ValueError(
             f"render_backend = {render_backend!r}: there is no renderer here; use 'none' with "
@@ -58,10 +58,10 @@ def render_modes() -> list[str]:
 
 
 def require_reset_options(options: Mapping[str, Any] | None) -> dict[str, Any]:
-    """Return the options of a reset; an anatomy given by its fields becomes an `Anatomy`.
+    """Return the options of a reset; an anatomy in the form of its fields becomes an `Anatomy`.
 
     Raises:
-        ValueError: an option is unknown, or the anatomy is none.
+        ValueError: an option is unknown, or the anatomy is invalid.
     """
     if not isinstance(options, Mapping | None):
         raise ValueError(f"options: it is a {type(options).__name__}; expected: dict")
@@ -80,7 +80,7 @@ def require_reset_options(options: Mapping[str, Any] | None) -> dict[str, Any]:
 
 
 def _anatomy(given: Any) -> Anatomy:
-    """Return an anatomy that is given as one, or by its fields, as trajectories record it."""
+    """Return an `Anatomy` from an `Anatomy` or from its fields, as trajectories record them."""
     if isinstance(given, Mapping):
         require_names(set(given), {f.name for f in fields(Anatomy)}, "options['anatomy']")
         values: dict[str, Any] = {
@@ -96,7 +96,7 @@ def _anatomy(given: Any) -> Anatomy:
 
 
 def first_seed(seed: int | Iterable[int] | None) -> int | None:
-    """Return the seed of the only environment, which ManiSkill gives in a list."""
+    """Return the seed of the only environment; ManiSkill wraps it in a list."""
     if not isinstance(seed, Iterable):
         return seed
     seeds = list(seed)
@@ -109,7 +109,7 @@ def world_config(given: Mapping[str, Any]) -> WorldConfig:
     """Convert ManiSkill's frequencies to periods.
 
     Raises:
-        ValueError: one does not divide the next.
+        ValueError: a frequency does not divide the next one.
     """
     own = WorldConfig()
     control_hz = given.get("control_freq", round(1.0 / own.control_step_s))

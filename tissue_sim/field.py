@@ -1,4 +1,4 @@
-"""The operating field: everything that lies on the table, as the simulator knows it."""
+"""Represent the operating field: everything on the table, as the simulator knows it."""
 
 from __future__ import annotations
 
@@ -22,20 +22,21 @@ from tissue_sim.tools.arms import Arms
 
 @dataclass(kw_only=True, eq=False, repr=False)
 class Field:
-    """One patient's tissue, the two arms, and what has happened. `World` adds time to it.
+    """One patient's tissue, the two arms, and the history. `World` adds time.
 
     Attributes:
-        arms: both instrument arms, as rigid bodies.
-        anatomy: the patient.
-        organ: the patient's tissue at rest, as a mesh.
-        tissue: the same tissue as it is deformed and cut now.
-        tubes: duct and arteries in `tissue`.
-        sac: the gallbladder's wall in `tissue`.
-        body: what holds the organ: the liver and the fixed ends. It moves with the breath.
-        T_world_endoscope: (4, 4).
-        conditions: grip of the jaws, dye on the tissue.
-        wrenches: force (8, 3), N, and moment (8, 3), N m, of the tissue on the arms' links.
-        record: what has happened so far.
+        arms: Both instrument arms, as rigid bodies.
+        anatomy: The patient.
+        organ: The patient's tissue at rest, as a mesh.
+        tissue: The same tissue in its current deformed and cut state.
+        tubes: Duct and arteries in `tissue`.
+        sac: The gallbladder's wall in `tissue`.
+        body: The liver and the fixed ends, to which the organ is attached. The body moves with the
+            breath.
+        T_world_endoscope: (4, 4) pose of the endoscope.
+        conditions: Grip of the jaws, dye on the tissue.
+        wrenches: Force (8, 3), N, and moment (8, 3), N m, of the tissue on the arms' links.
+        record: The history so far.
     """
 
     arms: Arms
@@ -51,9 +52,10 @@ class Field:
     record: Record
 
     def clip_position_m(self, clip: Clip) -> Array:
-        """Return the middle of a clip (3,), world frame: of the tubes in it, else of its legs.
+        """Return the middle of a clip (3,), world frame.
 
-        The middle of the tissue's vertices that it holds would lie up to 0.4 mm beside it.
+        It is the middle of the tubes in the clip, or of the clip's legs if it is on no tube. The
+        middle of the clipped tissue vertices would be up to 0.4 mm away.
         """
         T = T_world_clip(self.tubes, clip)
         if not clip.vertices:

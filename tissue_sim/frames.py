@@ -1,4 +1,4 @@
-"""Rotations and poses: quaternions are wxyz, poses are `T_parent_child` (4, 4) matrices."""
+"""Compute rotations (quaternions are wxyz) and poses (`T_parent_child`, (4, 4) matrices)."""
 
 from __future__ import annotations
 
@@ -38,7 +38,7 @@ def transform(T: Array, points: Array) -> Array:
 def rigid_fit(points: Array, moved: Array) -> Array:
     """Return the (4, 4) pose that maps points (n, 3) to `moved`, in least squares.
 
-    Kabsch, "A solution for the best rotation to relate two sets of vectors", 1976.
+    Source: Kabsch, "A solution for the best rotation to relate two sets of vectors", 1976.
     """
     middle, moved_middle = points.mean(axis=0), moved.mean(axis=0)
     U, _, Vt = np.linalg.svd((moved - moved_middle).T @ (points - middle))
@@ -55,7 +55,7 @@ def axis_angle(axis: Array, angle_rad: float) -> Array:
 
 
 def rotation_vector(rotation: Array) -> Array:
-    """Return axis times angle (rad) of a (3, 3) rotation; exact up to half a turn."""
+    """Return axis times angle (rad) of a (3, 3) rotation; the result is exact up to half a turn."""
     skew = np.array(
         [
             rotation[2, 1] - rotation[1, 2],
@@ -82,7 +82,7 @@ def exponential(vector: Array) -> Array:
 def rotation_from_6d(six: Array) -> Array:
     """Return the (3, 3) rotation of its first two columns (6,), made orthonormal.
 
-    Zhou et al., "On the continuity of rotation representations in neural networks", 2019.
+    Source: Zhou et al., "On the continuity of rotation representations in neural networks", 2019.
     """
     x = unit(six[:3])
     y = unit(six[3:] - (six[3:] @ x) * x)
@@ -90,7 +90,7 @@ def rotation_from_6d(six: Array) -> Array:
 
 
 def _cross(a: Array, b: Array) -> Array:
-    """Return the cross product of two vectors (3,): `np.cross`, in a tenth of its time."""
+    """Return the cross product of two vectors (3,), as `np.cross` does, in a tenth of the time."""
     (ax, ay, az), (bx, by, bz) = a.tolist(), b.tolist()
     return np.array([ay * bz - az * by, az * bx - ax * bz, ax * by - ay * bx])
 

@@ -1,4 +1,4 @@
-"""A script that starts processes needs a main guard, because each of them imports the script."""
+"""Require a main guard in scripts that start processes, because each process imports the script."""
 
 import ast
 import sys
@@ -7,14 +7,14 @@ from types import FrameType
 
 
 class MainGuardError(RuntimeError):
-    """A script would start processes while it is imported."""
+    """A script would start processes during its own import."""
 
 
 def require_main_guard() -> None:
-    """Check that the program that runs is no script without a guard, before processes start.
+    """Check that the running program is not a script without a guard, before processes start.
 
     Raises:
-        MainGuardError: it is; names the line.
+        MainGuardError: the program is a script without a guard; the message names the line.
     """
     frame = _line_of_script()
     if frame is not None and not _is_guarded(Path(frame.f_code.co_filename), frame.f_lineno):
@@ -25,7 +25,7 @@ def require_main_guard() -> None:
 
 
 def _line_of_script() -> FrameType | None:
-    """Return the frame of the script that this call comes from; None if processes import none."""
+    """Return the frame of the calling script; None if new processes import no script."""
     own, frame = vars(sys.modules["__main__"]), sys._getframe()
     while frame is not None:
         if frame.f_globals is own and frame.f_code.co_name == "<module>":

@@ -1,8 +1,8 @@
-"""Several worlds in one process, stepped at the same time by threads.
+"""Step several worlds in one process at the same time, with threads.
 
 A tissue step runs outside Python's interpreter lock, so threads overlap. The worlds share nothing,
-so the result does not depend on the number of threads, to the bit. The slowest world starts first:
-if it started last, the other threads would wait for it.
+so the number of threads does not change any bit of the result. The slowest world starts first;
+otherwise the other threads would wait for it at the end.
 """
 
 from __future__ import annotations
@@ -28,21 +28,22 @@ class Worlds:
         """Make worlds without patients.
 
         Args:
-            number: of worlds.
-            threads: number of threads; by default, the cores that this process may use.
-            config: of each world.
+            number: Number of worlds.
+            threads: Number of threads; by default, the cores that this process may use.
+            config: Configuration of each world.
         """
         self.worlds = tuple(World(config=config) for _ in range(number))
-        self._took_s = [0.0] * number  # last step of each world; it changes slowly
+        self._took_s = [0.0] * number  # duration of each world's last step, which changes slowly
         self._pool = ThreadPoolExecutor(threads or len(os.sched_getaffinity(0)))
 
     def reset(self, anatomies: Sequence[Anatomy]) -> list[Observation]:
-        """Put a new patient in each world.
+        """Load a new patient in each world.
 
         Raises:
-            ValueError: the number of patients is wrong, and no world has changed; or one is no
-                patient, and the other worlds have theirs.
-            ArithmeticError: a patient's tissue does not stay finite; the other worlds have theirs.
+            ValueError: the number of patients is wrong, and no world has changed; or one value is
+                no patient, and the other worlds have loaded theirs.
+            ArithmeticError: a patient's tissue does not stay finite; the other worlds have loaded
+                their patients.
         """
         if len(anatomies) != len(self.worlds):
             raise ValueError(f"worlds: {len(self.worlds)} need as many patients: {len(anatomies)}")
@@ -53,8 +54,8 @@ class Worlds:
         """Advance every world by one control period.
 
         Raises:
-            ValueError: the number of commands is wrong, and nothing has moved; or a command is
-                bad, and the other worlds have moved.
+            ValueError: the number of commands is wrong, and nothing has moved; or one command is
+                invalid, and the other worlds have moved.
         """
         if len(commands) != len(self.worlds):
             raise ValueError(f"worlds: {len(self.worlds)} need as many commands: {len(commands)}")
@@ -70,7 +71,7 @@ class Worlds:
         return observation
 
     def close(self) -> None:
-        """End the threads."""
+        """Stop the threads."""
         self._pool.shutdown()
 
     def __enter__(self) -> Self:

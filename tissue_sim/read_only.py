@@ -1,4 +1,4 @@
-"""Messages whose arrays nobody can write into, as several people read the same one."""
+"""Make the arrays of messages read-only, because several readers share each message."""
 
 from __future__ import annotations
 
@@ -11,16 +11,16 @@ Number = TypeVar("Number", bound=np.generic)
 
 
 def read_only(array: NDArray[Number]) -> NDArray[Number]:
-    """Return a view that cannot be written into; its owner still can write into the array."""
+    """Return a read-only view of an array; the array's owner can still write."""
     view = array.view()
     view.flags.writeable = False
     return view
 
 
 def seal(message: object) -> None:
-    """Make the arrays in a frozen message read-only, also those in its dicts.
+    """Make the arrays in a frozen message read-only, including arrays in its dicts.
 
-    Call it when the message is made, and when it is made from a copy or a pickle.
+    Call `seal` when a message is made, and when a message is copied or unpickled.
     """
     fields = vars(message)
     for name, value in fields.items():

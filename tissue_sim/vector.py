@@ -1,7 +1,8 @@
-"""Many environments as one gymnasium vector environment.
+"""Run many environments as one gymnasium vector environment.
 
-Without pictures they are threads of this process. With pictures, which are drawn under the
-interpreter lock, each is a process started by a fork server: after a plain fork, drawing hangs.
+Without pictures, the environments are threads of this process. Pictures are drawn under the
+interpreter lock, so with pictures each environment is a process of a fork server. After a plain
+fork, drawing hangs.
 """
 
 from __future__ import annotations
@@ -25,8 +26,8 @@ def make_vec(num_envs: int, *, obs_mode: str = "state", **options: Any) -> Vecto
     """Make a vector environment of Calot-Cholecystectomy-v1.
 
     Args:
-        num_envs: how many.
-        obs_mode: "state", or one with pictures such as "rgb".
+        num_envs: number of environments.
+        obs_mode: "state", or a mode with pictures such as "rgb".
         options: further options of `gym.make`, the same for all.
 
     Raises:
@@ -44,7 +45,7 @@ def make_vec(num_envs: int, *, obs_mode: str = "state", **options: Any) -> Vecto
 
 
 class ThreadVectorEnv(SyncVectorEnv):
-    """gymnasium's `SyncVectorEnv`, whose steps run on as many threads as there are cores."""
+    """A `SyncVectorEnv` of gymnasium whose steps run on as many threads as there are cores."""
 
     def __init__(self, makers: list[Any], *, threads: int | None = None) -> None:
         self._pool = ThreadPoolExecutor(threads or len(os.sched_getaffinity(0)))
@@ -55,7 +56,7 @@ class ThreadVectorEnv(SyncVectorEnv):
         """Advance every environment by one control period, or reset it if its episode has ended.
 
         Raises:
-            ValueError: an action is bad; the other environments have moved.
+            ValueError: an action is invalid; the other environments have moved.
             ArithmeticError: an environment's tissue did not stay finite.
         """
         own = iterate(self.action_space, actions)
@@ -69,15 +70,15 @@ class ThreadVectorEnv(SyncVectorEnv):
                 env.forget()
 
     def close_extras(self, **kwargs: Any) -> None:
-        """End the threads and the environments."""
+        """Stop the threads and close the environments."""
         self._pool.shutdown()
         super().close_extras(**kwargs)
 
 
 class _Ahead(gym.Wrapper):
-    """Begins a step on a thread; the step that follows waits for it and returns its answer.
+    """Begins a step on a thread; the next `step` waits for it and returns its result.
 
-    Without one that was begun, a step is the environment's own.
+    If no step was begun, `step` takes one.
     """
 
     def __init__(self, maker: Any, pool: ThreadPoolExecutor) -> None:
@@ -89,16 +90,16 @@ class _Ahead(gym.Wrapper):
         self._begun = self._pool.submit(self.env.step, action)
 
     def step(self, action: Any) -> Any:
-        """Return the answer to the step that was begun, or take one.
+        """Return the result of the step that was begun, or take a step.
 
         Raises:
-            ValueError: the action is bad; nothing has moved.
+            ValueError: the action is invalid; nothing has moved.
         """
         begun, self._begun = self._begun, None
         return self.env.step(action) if begun is None else begun.result()
 
     def forget(self) -> None:
-        """Wait for a step whose answer nobody has asked for, and forget it."""
+        """Wait for a begun step whose result nobody has requested, and discard the result."""
         begun, self._begun = self._begun, None
         if begun is not None:
             wait([begun])

@@ -1,3 +1,3 @@
-"""The version of the world: checkpoints, states, recordings and datasets keep it."""
+"""Define the version of the world, which checkpoints, states, recordings and datasets store."""
 
-WORLD_VERSION = 6  # raise when physics changes
+WORLD_VERSION = 6  # increase this when physics changes

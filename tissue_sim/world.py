@@ -1,4 +1,4 @@
-"""The world: an operating field in time. Two arms and one patient's tissue, stepped together."""
+"""Simulate the world: an operating field in time, with two arms and one patient's tissue."""
 
 from __future__ import annotations
 
@@ -58,15 +58,16 @@ class WorldConfig:
 
 
 def whole_multiple(coarse_s: float, fine_s: float) -> int | None:
-    """Return how many fine steps make a coarse one, or None when that is not a whole number."""
+    """Return the number of fine steps in a coarse step, or None if it is not a whole number."""
     count = round(coarse_s / fine_s) if fine_s > 0 and isfinite(coarse_s) else 0
     return count if count > 0 and abs(count * fine_s - coarse_s) < 1e-9 else None
 
 
 class World(Field):
-    """A field in time: `reset` puts a patient in it, `step` moves it by one control period.
+    """A field in time: `reset` loads a patient, `step` advances by one control period.
 
-    Before the first `reset` it holds only the arms, and whatever needs a patient is a ValueError.
+    Before the first `reset`, the field contains only the arms. A method that needs a patient then
+    raises a ValueError.
     """
 
     def __init__(
@@ -84,15 +85,15 @@ class World(Field):
         per_control = whole_multiple(self.config.control_step_s, self.config.tissue.step_s) or 0
         per_tissue = whole_multiple(self.config.tissue.step_s, self.config.physics_step_s) or 0
         shares = np.linspace(0.0, 1.0, per_control * per_tissue + 1)[1:]
-        self._shares = shares.reshape(per_control, per_tissue)  # of the way to the target
+        self._shares = shares.reshape(per_control, per_tissue)  # shares of the way to the target
         self.wrenches = _NO_WRENCHES
         self.view = FieldCameras(self.scene) if render else None
 
     def reset(self, anatomy: Anatomy) -> Observation:
-        """Put in a new patient, move the instruments home and let the tissue come to rest.
+        """Load a new patient, move the instruments home and let the tissue come to rest.
 
         Raises:
-            ValueError: it is no patient, or cannot be meshed; nothing is changed.
+            ValueError: the value is no patient, or cannot be meshed; nothing is changed.
             ArithmeticError: the tissue does not stay finite.
         """
         if not isinstance(anatomy, Anatomy):
@@ -127,8 +128,8 @@ class World(Field):
 
         Args:
             command: joint targets.
-            intended: the structure ("duct", "artery") that the running instruction names. A clip
-                or a cut on another structure is an injury. None: the tube nearest to the jaws
+            intended: the structure ("duct", "artery") that the running instruction names. A clip or
+                a cut on another structure is an injury. None means the tube nearest to the jaws
                 when they close.
 
         Raises:
@@ -163,23 +164,24 @@ class World(Field):
         return self.observe()
 
     def shift_body(self, offset_m: Array) -> None:
-        """Move the body that holds the organ to an offset (3,) from where the anatomy has it, m.
+        """Move the body that holds the organ to an offset (3,) from its anatomical place, m.
 
-        It moves during the next control step, at a steady speed.
+        The body moves during the next control step, at a steady speed.
         """
         self._require_patient()
         self.body.target_m = np.array(offset_m, float)
 
     def observe(self) -> Observation:
-        """Return the exact state, without images: what the sense `exact` tells.
+        """Return the exact state, without images, as the sense `exact` observes it.
 
-        A policy is told this only if its sense is `exact`; by default `tracked` adds errors to it.
+        A policy gets this observation only with the sense `exact`; the default sense `tracked` adds
+        errors.
         """
         self._require_patient()
         return exact_observation(self)
 
     def images(self, names: Sequence[str]) -> dict[str, NDArray[np.uint8]]:
-        """Draw the field now: camera name -> picture (height, width, 3).
+        """Draw the current field: camera name -> picture (height, width, 3).
 
         Raises:
             ValueError: the world was made without `render`, or there is no patient or no such
@@ -191,7 +193,7 @@ class World(Field):
         return self.view.images(self, names)
 
     def endoscope_rgb(self) -> NDArray[np.uint8]:
-        """Draw the picture (height, width, 3) of the endoscope's left eye now."""
+        """Draw the current picture (height, width, 3) of the endoscope's left eye."""
         return self.images(["endoscope_left"])["endoscope_left"]
 
     def equip(self, instrument: str) -> None:
@@ -208,7 +210,7 @@ class World(Field):
         self._place_tools()
 
     def drop_clip(self) -> None:
-        """Let the applier's clip fall. Do nothing when it holds none."""
+        """Drop the applier's clip. Do nothing if the applier has no clip."""
         self._require_patient()
         r = self.record
         if not r.clip_loaded:
@@ -219,12 +221,12 @@ class World(Field):
 
     @property
     def target(self) -> Array:
-        """The joints (2, 7) commanded last, within their limits."""
+        """Return the joints (2, 7) commanded last, within their limits."""
         self._require_patient()
         return self._target.copy()
 
     def pull_clip(self, number: int, force_world_n: Array, clamp: Indices) -> None:
-        """Pull at a clip with a steady force (3,), N, against clamped vertices; zero lets go.
+        """Pull at a clip with a steady force (3,), N, against clamped vertices; zero ends the pull.
 
         Raises:
             ValueError: there is no such clip, or no patient.
@@ -240,7 +242,7 @@ class World(Field):
             self.record = replace(self.record, pull=None)
             return
         for vertices, force in ((list(clip.vertices), force_world_n), (clamp, -force_world_n)):
-            load[vertices] += force / max(len(vertices), 1)  # a clip may have caught none
+            load[vertices] += force / max(len(vertices), 1)  # a clip may have caught no vertex
         before = self.record.pull
         if before is not None and before.number == number:
             grip = before.grip_n
@@ -250,20 +252,20 @@ class World(Field):
         self.record = replace(self.record, pull=pull)
 
     def state(self) -> dict[str, Any]:
-        """Copy everything the next step depends on, tissue topology included."""
+        """Copy everything that the next step depends on, including the tissue's topology."""
         self._require_patient()
         return copied(self._parts(self.tissue, self.tubes)) | {"arms": self.arms.state()}
 
     def check(self, state: Any, anatomy: Anatomy | None = None) -> None:
-        """Check that `restore` can take a state. Nothing is changed.
+        """Check that `restore` accepts a state. Nothing is changed.
 
         Args:
-            state: what `state` returned.
-            anatomy: its patient; by default the one in this world.
+            state: a value that `state` returned.
+            anatomy: the state's patient; by default the patient in this world.
 
         Raises:
-            ValueError: `state` of such a world cannot have returned it; it says where and why. Or
-                there is no patient in this world.
+            ValueError: `state` of such a world cannot have returned the value, or there is no
+                patient in this world. The message says where the state is wrong, and why.
         """
         self._require_patient()
         anatomy = anatomy or self.anatomy
@@ -273,7 +275,7 @@ class World(Field):
         require_state(state, example, tissue, tubes, self.arms.joint_ranges)
 
     def restore(self, state: dict[str, Any]) -> None:
-        """Put back what `state` returned.
+        """Restore the world to a value that `state` returned.
 
         Raises:
             ValueError: the state is of another anatomy or version, or damaged; nothing is changed.
@@ -292,14 +294,15 @@ class World(Field):
         self._place_tools()
 
     def _require_patient(self) -> None:
-        """Check that `reset` has put in a patient."""
+        """Check that `reset` has loaded a patient."""
         if "record" not in self.__dict__:
             raise ValueError("world: it has no patient yet: call reset(anatomy) first")
 
     def _step_tissue(self, time_s: float) -> None:
-        """Advance the tissue by one step, which ends at a time.
+        """Advance the tissue by one step that ends at a time.
 
-        One vertex that is not finite makes the solver's residual so, and all others stand still.
+        One vertex that is not finite makes the solver's residual not finite. All other vertices
+        then stay in place.
 
         Raises:
             ArithmeticError: a vertex is not finite.
@@ -311,7 +314,7 @@ class World(Field):
             raise ArithmeticError(f"tissue: vertex {first} is not finite at {time_s:.3f} s")
 
     def _parts(self, tissue: Tissue, tubes: Tubes) -> dict[str, Any]:
-        """Collect what a state holds, uncopied."""
+        """Return the content of a state, without copies."""
         return {
             "version": WORLD_VERSION,
             "anatomy": self.anatomy.hash,
@@ -336,7 +339,7 @@ class World(Field):
         return tissue, Tubes(tissue, organ)
 
     def _place_bars(self) -> None:
-        """Let the tissue carry the clips that the record has now."""
+        """Let the tissue carry the clips in the current record."""
         if self._barred is not self.record.clips:
             self._barred = self.record.clips
             place_bars(self.tubes, self._barred)

@@ -1,4 +1,4 @@
-"""The card of a dataset: what is in it, for whom finds it elsewhere."""
+"""Write the card of a dataset, which describes its contents to readers elsewhere."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ configs:
 
 
 def is_foreign(path: Path) -> bool:
-    """Return whether there is a file that is no card of ours, which must stay."""
+    """Return whether a file exists that Calot did not write as a card, and that must stay."""
     return path.exists() and not path.read_text(errors="replace").startswith(_HEAD)
 
 
@@ -73,7 +73,7 @@ def card(rows: Sequence[Mapping[str, Any]], cameras: Sequence[str]) -> str:
 
 
 def _numbers() -> Iterator[str]:
-    """Yield a row for each part of `observation.state`: which numbers, and what they are."""
+    """Yield a row for each part of `observation.state`: its range of numbers and its meaning."""
     first = 0
     for name in ENCODED:
         shape = VECTOR_LAYOUT[name]

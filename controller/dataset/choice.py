@@ -1,4 +1,4 @@
-"""Which episodes of a dataset a training uses."""
+"""Choose the episodes of a dataset that a training uses."""
 
 from __future__ import annotations
 
@@ -15,11 +15,11 @@ class Choice:
     """The first share of a dataset's episodes, without some kinds of them.
 
     Attributes:
-        leave_out: kinds, as before the colon in a header's `kind`.
-        share: above 0, at most 1; of each dataset, rounded up.
+        leave_out: Kinds to leave out, as before the colon in a header's `kind`.
+        share: Share of each dataset's episodes, above 0 and at most 1; the number is rounded up.
 
     Raises:
-        ValueError: the share is out of range.
+        ValueError: The share is out of range.
     """
 
     leave_out: Sequence[str] = ()
@@ -30,7 +30,7 @@ class Choice:
             raise ValueError(f"share must be above 0 and at most 1, got {self.share:g}")
 
     def of(self, rows: Sequence[Mapping[str, Any]]) -> list[bool]:
-        """Return of each episode's row, which has its `kind`, whether it is chosen."""
+        """Return for each episode's row, which has its `kind`, whether the episode is chosen."""
         first = math.ceil(self.share * len(rows) - ROUNDING)  # 0.07 of 100 is 7
         kinds = (row["kind"].partition(":")[0] for row in rows)
         return [k < first and kind not in self.leave_out for k, kind in enumerate(kinds)]

@@ -1,4 +1,4 @@
-"""One demonstrated episode in memory."""
+"""Represent one demonstrated episode in memory."""
 
 from __future__ import annotations
 
@@ -17,16 +17,17 @@ class Header:
     """The description of an episode, without its frames.
 
     Attributes:
-        seed: of the patient and of everything random.
-        kind: as in the column of that name.
-        scenario: a key of the scenarios' catalogue.
-        success: whether the procedure passed.
-        failures: why it did not pass: injuries, tasks that were not done.
-        anatomy: of the patient, as plain data.
-        versions: name to version of the software that made it.
-        cameras: whose videos lie beside its frames.
-        sense: by which it was observed; "" if an older version wrote it.
-        checkpoints: the SHA-256 of the checkpoints of who acted, by role; without `sense`, unknown.
+        seed: Seed of the patient and of everything random.
+        kind: Kind of the episode, as in the column of that name.
+        scenario: A key of the scenarios' catalogue.
+        success: Whether the procedure passed.
+        failures: Reasons why the procedure did not pass: injuries, tasks that were not done.
+        anatomy: The patient's anatomy, as plain data.
+        versions: Name to version of the software that made the episode.
+        cameras: Names of the cameras whose videos lie beside the frames.
+        sense: The sense that observed the episode; "" if an older version wrote it.
+        checkpoints: SHA-256 of the acting policies' checkpoints, by role. Without `sense` these
+            are unknown.
     """
 
     seed: int
@@ -48,7 +49,7 @@ class DatasetEpisode:
     """Frames of one episode, 30 a second.
 
     Attributes:
-        columns: the requested ones, by their names in `schema.features`: (n,) or (n, size);
+        columns: The requested columns, by their names in `schema.features`: (n,) or (n, size);
             strings are objects.
     """
 
@@ -59,10 +60,10 @@ class DatasetEpisode:
         return len(next(iter(self.columns.values())))
 
     def stretches(self) -> list[slice]:
-        """Return runs of frames that the expert alone led, without an exchange of tools.
+        """Return runs of frames that the expert alone led, without a tool exchange.
 
-        A chunk of actions to imitate must lie within one run; the frames before it may lie
-        outside. Needs the columns `expert` and `segment`.
+        A chunk of actions to imitate must lie within one run; the frames before the chunk may lie
+        outside. The method needs the columns `expert` and `segment`.
         """
         expert, segment = self.columns["expert"], self.columns["segment"]
         run = np.where(expert, segment, -1)

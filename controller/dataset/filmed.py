@@ -1,4 +1,4 @@
-"""Episodes of a dataset with what its cameras filmed."""
+"""Read the episodes of a dataset with the pictures that its cameras filmed."""
 
 from __future__ import annotations
 
@@ -30,14 +30,14 @@ def read_filmed(
     """Yield chosen episodes in their order, with pictures (n, cameras, height, width, 3).
 
     Args:
-        root: of the dataset.
-        columns: to read.
-        cameras: whose pictures, in this order.
-        shrink: makes a picture (240, 320, 3) smaller, as soon as it is read.
-        choice: of episodes.
+        root: Folder of the dataset.
+        columns: Columns to read.
+        cameras: Cameras whose pictures are returned, in this order.
+        shrink: Makes a picture (240, 320, 3) smaller as soon as the picture is read.
+        choice: The choice of episodes.
 
     Raises:
-        ValueError: a camera did not film; else as in `read_episodes` and `pictures`.
+        ValueError: A camera did not film; else as in `read_episodes` and `pictures`.
     """
     there = require_dataset(root)
     if missing := [camera for camera in cameras if camera not in there]:
@@ -51,10 +51,10 @@ def read_filmed(
 
 
 class _Films:
-    """The pictures of one camera; the videos are read one after another, each once.
+    """Reads the pictures of one camera; the videos are read one after another, each once.
 
     Attributes:
-        columns: of an episode's row, which say where its pictures are.
+        columns: Columns of an episode's row that say where the episode's pictures are.
     """
 
     def __init__(self, root: Path, camera: str, shrink: Shrink) -> None:

@@ -1,4 +1,4 @@
-"""The files of a dataset: LeRobot's dataset v3, written from its public description."""
+"""Define the files of a dataset: LeRobot's dataset v3, written from its public description."""
 
 from __future__ import annotations
 

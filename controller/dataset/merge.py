@@ -1,7 +1,8 @@
-"""Merge parts into a dataset: it is built beside the old one, then replaces it.
+"""Merge parts into a dataset: the new dataset is built beside the old one, then replaces it.
 
-Of parts with videos each stretch that the expert led becomes an episode of its own, because stock
-trainers cannot leave out frames; the videos stay whole. A part without such a stretch is left out.
+In parts with videos, each stretch that the expert led becomes an episode of its own. The reason is
+that stock trainers cannot leave out frames. The videos stay whole. A part without such a stretch is
+left out.
 """
 
 from __future__ import annotations
@@ -31,13 +32,13 @@ BUILDING = ".merging"
 
 
 def merge(parts: Sequence[Path], root: Path, file_most_mb: float = layout.DATA_FILE_MAX_MB) -> int:
-    """Make the dataset `root` of these parts, in their order; return its number of frames.
+    """Build the dataset `root` from these parts, in their order; return its number of frames.
 
-    An older dataset at `root` stays intact until it is replaced; the parts are not changed.
+    An older dataset at `root` stays intact until the new one replaces it. The parts are unchanged.
 
     Raises:
-        ValueError: there is no part, or a part is damaged, or of another schema or world.
-        OSError: the dataset cannot be written.
+        ValueError: There is no part, or a part is damaged, or of another schema or world.
+        OSError: The dataset cannot be written.
     """
     if not parts:
         raise ValueError(f"{root}: there is no episode to make a dataset of")
@@ -109,7 +110,7 @@ def _read(part: Path, cameras: Sequence[str]) -> DatasetEpisode:
 
 
 def _episodes_of(part: DatasetEpisode) -> Iterator[tuple[slice, DatasetEpisode]]:
-    """Yield the episodes of a part, each with its frames there."""
+    """Yield the episodes of a part, each with the slice of its frames in the part."""
     if not part.header.cameras:
         yield slice(0, len(part)), part
         return
@@ -139,7 +140,7 @@ def _copy_videos(part: Path, cameras: Sequence[str], root: Path, number: int) ->
 
 
 def _filmed(cameras: Sequence[str], number: int, stretch: slice) -> dict[str, float]:
-    """Return where the videos show an episode."""
+    """Return the positions at which the videos show an episode."""
     chunk, within = divmod(number, layout.FILES_A_CHUNK)
     return {
         f"videos/{PICTURES}{camera}/{name}": value
@@ -154,7 +155,7 @@ def _filmed(cameras: Sequence[str], number: int, stretch: slice) -> dict[str, fl
 
 
 def _plain(name: str, statistics: Statistics) -> dict[str, Any]:
-    """Return statistics as lists; those of pictures have the shape (channels, 1, 1)."""
+    """Return statistics as lists; statistics of pictures have the shape (channels, 1, 1)."""
     pictures = {key for key in statistics if name.startswith(PICTURES) and key != "count"}
     return {
         key: (value[:, None, None] if key in pictures else value).tolist()
@@ -172,7 +173,7 @@ class _DataFiles:
         self.frames = 0
 
     def add(self, table: pa.Table) -> dict[str, int]:
-        """Write an episode; return where it lies."""
+        """Write an episode; return its position in the files."""
         if self._writer is None or self._size_bytes() > self._most_bytes:
             self._next()
         assert self._writer is not None
@@ -242,7 +243,7 @@ def _write_episodes(path: Path, rows: list[dict[str, Any]]) -> None:
 
 
 def _write_tasks(path: Path) -> None:
-    """Write the tasks; the texts are the index for pandas, which LeRobot reads with."""
+    """Write the tasks; the texts are the index for pandas, with which LeRobot reads."""
     words = "__index_level_0__"
     table = pa.table({"task_index": pa.array(range(len(TEXTS)), pa.int64()), words: TEXTS})
     column = {"name": None, "pandas_type": "unicode", "numpy_type": "object", "metadata": None}

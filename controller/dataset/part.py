@@ -1,4 +1,4 @@
-"""One episode in its own file, as a worker writes it; a dataset is merged from these."""
+"""Write and read one episode in its own file (a part); parts are merged into a dataset."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ def part_bytes(episode: DatasetEpisode) -> bytes:
     """Return the content of an episode's file.
 
     Raises:
-        ValueError: a column is missing, of another shape or type, or not finite; or there is no
+        ValueError: A column is missing, of another shape or type, or not finite; or there is no
             frame.
     """
     if not len(episode):
@@ -39,15 +39,15 @@ def part_bytes(episode: DatasetEpisode) -> bytes:
 
 
 def video_path(part: Path, camera: str) -> Path:
-    """Return the path of what a camera filmed of a part, picture by frame."""
+    """Return the path of a camera's video of a part, with one picture per frame."""
     return part.with_suffix(f".{camera}.mp4")
 
 
 def header_of(part: Path) -> Header:
-    """Return the header of a part, whose frames stay unread.
+    """Return the header of a part without reading its frames.
 
     Raises:
-        ValueError: as in `read_part`.
+        ValueError: As in `read_part`.
     """
     try:
         return _header_of(pq.read_schema(part))
@@ -59,7 +59,7 @@ def read_part(path: Path) -> DatasetEpisode:
     """Read an episode from its file.
 
     Raises:
-        ValueError: the file is damaged, or of another schema or world; the message is one line.
+        ValueError: The file is damaged, or of another schema or world. The message is one line.
     """
     try:
         table = pq.read_table(path, page_checksum_verification=True)

@@ -30,12 +30,12 @@ def read_episodes(
 ) -> Iterator[DatasetEpisode]:
     """Yield the chosen episodes of a dataset in their order, with some columns, or with all.
 
-    The dataset's description is checked at once, an episode when it is read.
+    The dataset's description is checked at once, and each episode when it is read.
 
     Raises:
-        ValueError: there is no dataset or no episode in it; its schema or world differs; columns
-            are missing, unknown or of another shape, numbers not finite; a file is missing or
-            damaged. The message is one line.
+        ValueError: There is no dataset or no episode in it, or its schema or world differs.
+            Columns are missing, unknown or of another shape, or numbers are not finite.
+            A file is missing or damaged. The message is one line.
     """
     root = Path(root)
     there = features(require_dataset(root))
@@ -49,7 +49,7 @@ def require_dataset(root: Path) -> tuple[str, ...]:
     """Return the cameras of a dataset.
 
     Raises:
-        ValueError: there is no dataset of the present schema and world, or no episode in it.
+        ValueError: There is no dataset of the present schema and world, or no episode in it.
     """
     path = root / layout.INFO_PATH
     try:
@@ -85,7 +85,7 @@ def read_rows(root: Path, more: Sequence[str] = ()) -> list[dict[str, Any]]:
     """Return a row for each episode: its header, where its frames lie, and `more` columns.
 
     Raises:
-        ValueError: the table is missing or damaged, or a column is missing; the message is one
+        ValueError: The table is missing or damaged, or a column is missing. The message is one
             line.
     """
     path, columns = root / layout.EPISODES_PATH, [*_ROW, *more]

@@ -1,4 +1,4 @@
-"""A dataset as training data of a planner: observations, given and right instructions."""
+"""Convert a dataset to training data of a planner: observations, given and right instructions."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ def rollouts(roots: Iterable[Path], choice: Choice = ALL) -> list[Rollout]:
     """Return the chosen episodes of datasets in which the tubes were treated in the usual order.
 
     Raises:
-        ValueError: as `read_episodes` does.
+        ValueError: As in `read_episodes`.
     """
     usual = replace(choice, leave_out=(*OTHER_ORDERS, *choice.leave_out))
     episodes = (episode for root in roots for episode in read_episodes(root, COLUMNS, usual))

@@ -1,4 +1,4 @@
-"""The schema of a dataset: the columns of a frame, and the texts of all instructions."""
+"""Define the schema of a dataset: the columns of a frame, and the texts of all instructions."""
 
 from __future__ import annotations
 
@@ -21,10 +21,10 @@ TEXTS = tuple(said.text for said in (*TASKS, *CORRECTIONS))  # `task_index` coun
 
 @dataclass(frozen=True, kw_only=True)
 class Feature:
-    """A column: the type of its numbers, and how many a frame has.
+    """A column: the type of its numbers, and their count per frame.
 
     Attributes:
-        dtype: numpy's name, or "string".
+        dtype: The type's name in numpy, or "string".
     """
 
     dtype: str
@@ -69,36 +69,37 @@ DEMONSTRATED: dict[str, Feature] = {
 }
 """The columns of one episode.
 
-observation.state: before the action, what encoders and motor currents tell (`ENCODED`).
-observation.environment_state: the rest of `Observation.vector()`, the tissue, as the episode's
-    sense told it; not in a dataset with pictures, which show it.
-privileged.state: the whole vector without errors, and which points no camera sees. No robot has it:
-    it serves to sense the episode again with other errors (`tissue_sim.sensing.tracker`).
-action: `ToolAction.vector()` as commanded, after the safety filter; if injected noise disturbed
-    it, as the expert asked for it.
-timestamp: s since the first frame; exchanges of tools and holds, in which policies pause,
+observation.state: Measurements of encoders and motor currents before the action (`ENCODED`).
+observation.environment_state: The rest of `Observation.vector()`, the tissue, as the episode's
+    sense observed it. A dataset with pictures does not have this column.
+privileged.state: The whole vector without errors, and which points no camera sees. No robot has
+    this state: it serves to sense the episode again with other errors
+    (`tissue_sim.sensing.tracker`).
+action: `ToolAction.vector()` as commanded, after the safety filter. If injected noise disturbed
+    the action, the column has the action that the expert asked for.
+timestamp: Time since the first frame, s. Tool exchanges and holds, in which policies pause,
     are left out.
-task_index: row of `TEXTS` that was given, which is also in `instruction`.
-correction: of the 18, the one that was given or, under the flag, the one that would have asked for
-    the motion that follows; "" if there is none.
-flag: a correction is needed, because something went wrong and is not undone yet, or because a
-    person gives one.
-task: the current one, 1 to 17.
-kind: of the episode: "nominal", "recovery:" and the perturbation's name, "correction", "order",
-    "turns", "rollout", the last two perhaps with a perturbation's name as well; "intervention".
-    In a rollout of a learned controller `task`, `flag` and `correction` are what should have been
-    given.
-expert: False if a perturbation, noise or a learned controller led the arms: not to be imitated.
-segment: one more after each exchange of tools or hold of the arms, where a policy starts again.
+task_index: Row of `TEXTS` that was given; the text is also in `instruction`.
+correction: One of the 18 corrections, or "". It is the given correction or, under the flag, the
+    correction that would have asked for the motion that follows.
+flag: A correction is needed: an error is not undone yet, or a person gives a correction.
+task: The current task, 1 to 17.
+kind: Kind of the episode: "nominal", "recovery:" and the perturbation's name, "correction",
+    "order", "turns", "rollout" or "intervention". "turns" and "rollout" may also carry a
+    perturbation's name. In a rollout of a learned controller, `task`, `flag` and `correction` are
+    the labels that should have been given.
+expert: False if a perturbation, noise or a learned controller led the arms. Such frames are not to
+    be imitated.
+segment: Increases by one after each tool exchange or hold of the arms, where a policy starts again.
 """
 
 
 def demonstrated(cameras: Sequence[str]) -> Mapping[str, Feature]:
-    """Return the columns of an episode that these cameras filmed, or none."""
+    """Return the columns of an episode that these cameras, or no cameras, filmed."""
     return {name: f for name, f in DEMONSTRATED.items() if not (cameras and name == TISSUE)}
 
 
 def features(cameras: Sequence[str]) -> Mapping[str, Feature]:
-    """Return the columns of a dataset; `index` counts all its frames. Pictures are in videos."""
+    """Return the columns of a dataset; `index` counts all frames, and pictures are in videos."""
     numbers = {name: Feature(dtype="int64") for name in ("episode_index", "index")}
     return {**demonstrated(cameras), **numbers}

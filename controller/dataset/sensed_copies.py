@@ -1,4 +1,4 @@
-"""Episodes as if they were sensed again, for every policy with the same errors."""
+"""Sense recorded episodes again, with the same errors for every policy."""
 
 from __future__ import annotations
 

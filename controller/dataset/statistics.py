@@ -1,4 +1,4 @@
-"""Statistics of columns: of one episode, and pooled over many."""
+"""Compute statistics of columns, of one episode and pooled over many."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ def statistics_of(
 def pooled(parts: Sequence[Statistics]) -> Statistics:
     """Pool the statistics of parts into those of their union (law of total variance).
 
-    Quantiles are the means of the parts' own, by their counts, as LeRobot pools them.
+    Pooled quantiles are the means of the parts' quantiles, weighted by counts, as in LeRobot.
     """
     count, mean, std = (np.stack([p[key] for p in parts]) for key in ("count", "mean", "std"))
     weight = count / count.sum()

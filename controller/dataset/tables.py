@@ -1,4 +1,4 @@
-"""Columns of numpy as an Arrow table and back, bit for bit; errors are one line."""
+"""Convert columns of numpy to an Arrow table and back, bit for bit; errors are one line."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ def table_of(columns: Mapping[str, np.ndarray], features: Mapping[str, Feature])
     """Return a table of the columns that `features` names.
 
     Raises:
-        ValueError: a column is missing, of another shape or type, or has numbers that are not
+        ValueError: A column is missing, of another shape or type, or has numbers that are not
             finite.
     """
     _require(columns, features)
@@ -38,7 +38,7 @@ def arrow_schema(features: Mapping[str, Feature]) -> pa.Schema:
 
 
 def require_features(schema: pa.Schema, features: Mapping[str, Feature]) -> None:
-    """Raise ValueError unless all columns are there, each of its type."""
+    """Raise ValueError unless all columns exist, each with its type."""
     if missing := [name for name in features if name not in schema.names]:
         raise ValueError(f"columns are missing: {', '.join(missing)}")
     for name, feature in features.items():

@@ -1,4 +1,4 @@
-"""Videos of an episode, read: one a camera, a picture before each of its frames."""
+"""Read the videos of an episode: one per camera, with a picture before each frame."""
 
 from __future__ import annotations
 
@@ -13,14 +13,14 @@ from controller.dataset.part import one_line
 from controller.dataset.schema import PICTURE_SHAPE
 from controller.dataset.statistics import Statistics, statistics_of_rows
 
-EVERY = 30  # of how many pictures one counts for the statistics: one a second
+EVERY = 30  # pictures from one that counts for the statistics to the next: one a second
 
 
 def pictures(path: Path) -> Iterator[NDArray[np.uint8]]:
     """Yield the pictures of a video (height, width, 3).
 
     Raises:
-        ValueError: the file is missing or damaged, or of another size; the message is one line.
+        ValueError: The file is missing or damaged, or of another size. The message is one line.
     """
     try:
         for picture in imageio.imiter(path, plugin="FFMPEG"):
@@ -32,12 +32,12 @@ def pictures(path: Path) -> Iterator[NDArray[np.uint8]]:
 
 
 def picture_statistics(path: Path, frames: int, stretches: Sequence[slice]) -> list[Statistics]:
-    """Return of each stretch the statistics of the channels, 0 to 1.
+    """Return for each stretch the statistics of the channels, 0 to 1.
 
-    They are over every `EVERY`-th picture of the stretch; the video is read once.
+    The statistics cover every `EVERY`-th picture of the stretch; the video is read once.
 
     Raises:
-        ValueError: as in `pictures`, or there are more or fewer than `frames` pictures.
+        ValueError: As in `pictures`, or there are more or fewer than `frames` pictures.
     """
     counted = {k for stretch in stretches for k in range(stretch.start, stretch.stop, EVERY)}
     taken, n = dict[int, NDArray[np.uint8]](), 0

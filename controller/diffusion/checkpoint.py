@@ -1,4 +1,4 @@
-"""Checkpoints of the diffusion policy."""
+"""Define the checkpoints of the diffusion policy."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Diffusion of chunks under features and words, whatever the features are of: loss and sampler."""
+"""Diffuse chunks under features and words: the loss and the sampler, for features of any kind."""
 
 from __future__ import annotations
 
@@ -20,10 +20,10 @@ FINE = 4.0  # weight of a tool's motion near tissue, before it touches: there te
 
 
 class ChunkDiffusion(nn.Module):
-    """Samples chunks from features and words. Its normalisation belongs to its state.
+    """Samples chunks from features and words; the normalisation belongs to the state.
 
-    Internally jaws are relative to the last commanded ones, so that an arm that holds keeps its
-    grip; a prediction of the opening itself would drift a little with each chunk.
+    Internally, jaw angles are relative to the last commanded ones, so that an arm that holds keeps
+    its grip. A prediction of the opening itself would drift a little with each chunk.
     """
 
     feature_mean: Tensor
@@ -64,12 +64,12 @@ class ChunkDiffusion(nn.Module):
         Motions of a tool near tissue that does not touch it yet weigh `FINE` times as much.
 
         Args:
-            features: (B, n) of the windows.
-            seen: B windows.
-            words: (n, 384) all sentences; `seen.text` is each window's row. The network encodes
-                each sentence once, not each window.
-            level: (B, M) of noise.
-            noise: (B, M, H, 20) standard normal.
+            features: (B, n) features of the windows.
+            seen: The B windows.
+            words: (n, 384) embeddings of all sentences; `seen.text` is each window's row. The
+                network encodes each sentence once, not each window.
+            level: (B, M) noise levels.
+            noise: (B, M, H, 20) standard normal noise.
         """
         held = _held(seen.jaw_rad)
         clean = ((seen.chunk - held - self.chunk_mean) / self.chunk_deviation)[:, None]
@@ -92,18 +92,18 @@ class ChunkDiffusion(nn.Module):
         delay: Tensor,
         noise: Tensor,
     ) -> Tensor:
-        """Sample chunks (B, H, 20); deterministic, because all noise is an input.
+        """Sample chunks (B, H, 20) deterministically, because all noise is an input.
 
-        DDIM (Song et al., arXiv 2010.02502) in `config.sampling_steps` equal steps.
+        The sampler is DDIM (Song et al., arXiv 2010.02502) in `config.sampling_steps` equal steps.
 
         Args:
-            features: (B, n).
-            jaw_rad: (B, 2) last commanded before the chunk.
-            words: (B, 384) the embedding of the words.
+            features: (B, n) features.
+            jaw_rad: (B, 2) jaws last commanded before the chunk.
+            words: (B, 384) embeddings of the words.
             past: (B, P, 20) rows before the chunk.
-            n_past: (B,) how many of them, the last ones, are known.
-            delay: (B,) how many of them come after the newest frame.
-            noise: (B, H, 20) standard normal.
+            n_past: (B,) number of known rows of the past, which are the last ones.
+            delay: (B,) number of rows of the past that come after the newest frame.
+            noise: (B, H, 20) standard normal noise.
         """
         held = _held(jaw_rad)
         given = self._given(past - held, n_past)

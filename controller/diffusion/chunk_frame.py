@@ -1,10 +1,14 @@
-"""Chunks as a policy predicts them: poses relative to the pose commanded when the chunk begins.
+"""Convert chunks to a policy's output: poses relative to the pose commanded when the chunk begins.
 
-Row k of a chunk is the tools' pose after k + 1 motions: position in the endoscope's frame, from
-the tip commanded at the start; orientation in the frame of the tool at the start (6D); jaws
-absolute. Differences of neighbouring rows are motions, so the two forms convert into each other.
-This is the hybrid-relative action of SRT (Kim et al., arXiv 2407.12998), over a chunk. The past of
-a chunk has the same frame: its rows are the poses before each of the motions that precede it.
+Row k of a chunk is the tools' pose after k + 1 motions:
+
+- position in the endoscope's frame, from the tip commanded at the start,
+- orientation in the frame of the tool at the start (6D),
+- absolute jaw angles.
+
+Differences of neighbouring rows are motions, so the two forms convert into each other. This form is
+the hybrid-relative action of SRT (Kim et al., arXiv 2407.12998), over a chunk. The past of a chunk
+has the same frame. Its rows are the poses before each of the motions that precede the chunk.
 """
 
 from __future__ import annotations
@@ -59,10 +63,11 @@ def past_of(actions: Array, jaw_rad: Array) -> Array:
 
 
 def given_past(rows: Array, n: int) -> dict[str, NDArray]:
-    """Return what a policy is given of the motions (m, 20) before a chunk, the last n of them.
+    """Return a policy's inputs from the last n of the motions (m, 20) before a chunk.
 
-    The first row only says which jaws were commanded before the others: "jaw_rad" (2,) are those
-    commanded last, "past" (n, 20) the poses before each motion, of which the last "n_past" count.
+    The first row only says which jaws were commanded before the others. "jaw_rad" (2,) are the jaws
+    commanded last. "past" (n, 20) are the poses before each motion, of which the last "n_past"
+    count.
     """
     rows = rows[-n - 1 :]
     jaws_rad = rows[:, JAWS]

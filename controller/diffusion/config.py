@@ -1,4 +1,4 @@
-"""The configuration of a diffusion policy; it is saved in the checkpoint."""
+"""Define the configuration of a diffusion policy, which is saved in the checkpoint."""
 
 from __future__ import annotations
 
@@ -7,27 +7,27 @@ from dataclasses import dataclass
 from planner.learning.sizes import Layers, SomeSteps, Steps, Width
 
 WORDS_SIZE = 384  # of a sentence's embedding
-PROCEDURE = "clip and cut both tubes"  # the only text that a wordless policy hears
+PROCEDURE = "clip and cut both tubes"  # the only text that a wordless policy gets as input
 
 
 @dataclass(frozen=True, kw_only=True)
 class PolicyConfig:
-    """Shapes; times are in control steps.
+    """Shapes of a policy; times are in control steps.
 
     Attributes:
-        horizon: length of a chunk.
-        history: how long ago each observed frame was, the present one (0) first.
-        past: how many motions before a chunk are an input.
-        play: how many motions of a chunk are played before the next chunk takes over.
-        max_delay: the most motions that are played while the next chunk is computed; they are
-            the last ones of the past.
-        sampling_steps: denoising steps of one chunk.
-        wordless: it hears no instructions: SRT-H's ablation "no hierarchy".
-        condition_width, condition_blocks: of the encoder of observations and words.
-        denoiser_width, denoiser_blocks: of the denoiser.
+        horizon: Length of a chunk.
+        history: Age of each observed frame, the present one (0) first.
+        past: Number of motions before a chunk that are an input.
+        play: Number of motions of a chunk that are played before the next chunk takes over.
+        max_delay: Largest number of motions that are played while the next chunk is computed. These
+            motions are the last ones of the past.
+        sampling_steps: Number of denoising steps of one chunk.
+        wordless: The policy gets no instructions: SRT-H's ablation "no hierarchy".
+        condition_width, condition_blocks: Sizes of the encoder of observations and words.
+        denoiser_width, denoiser_blocks: Sizes of the denoiser.
 
     Raises:
-        ValueError: the shapes do not fit together.
+        ValueError: The shapes do not fit together.
     """
 
     horizon: Steps = 16
@@ -54,5 +54,5 @@ class PolicyConfig:
             raise ValueError(f"play must be 1 to {self.horizon} motions, got {self.play}")
 
     def heard(self, text: str) -> str:
-        """Return the text that the policy hears of an instruction."""
+        """Return the text of an instruction that the policy gets as input."""
         return PROCEDURE if self.wordless else text

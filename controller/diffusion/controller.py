@@ -1,4 +1,4 @@
-"""The diffusion policy as a controller: its only input is observations and words."""
+"""Run the diffusion policy as a controller, whose only input is observations and words."""
 
 from __future__ import annotations
 
@@ -29,22 +29,23 @@ FADE = 4  # motions over which a new chunk takes over from the running one
 
 
 class ControllerDiffusion:
-    """Returns one motion at a time, so that it sees every control step.
+    """Returns one motion at a time, so that the policy observes every control step.
 
-    The next chunk takes over when `play` motions of the running chunk have been played. It is
-    computed from the observation `delay` steps before, as if computing took that long, and from
-    the motions up to its start. Its first motions are blended with the remaining ones of the
-    running chunk, so that accelerations at the joint are like those inside chunks. Rules have the
-    last word on a chunk (`rules`). New words drop the running chunk; the next one starts at once
-    from the played motions. All motions are in a frame that moves with the body (`body_frame`). If
-    motions arrive late (`dead_time`), the observed tools are replaced by the poses they were asked
-    to reach by then.
+    The next chunk takes over when `play` motions of the running chunk have been played. The next
+    chunk is computed from the observation `delay` steps before, as if computing took that long,
+    and from the motions up to its start. Its first motions are blended with the remaining motions
+    of the running chunk, so that accelerations at the joint are like those inside chunks. Rules
+    make the final changes to a chunk (`rules`). New words drop the running chunk; the next chunk
+    starts at once from the played motions. All motions are in a frame that moves with the body
+    (`body_frame`). If motions arrive late (`dead_time`), the predicted tool poses replace the
+    observed ones.
 
-    With `alone`, the rules are left out, to measure what they are worth.
+    With `alone`, the rules are left out, to measure their effect.
 
     Attributes:
-        place: of the last motion: the first of a "fresh" chunk; at a "joint", the first of a chunk
-            that took over from another; or "inside" a chunk.
+        place: Place of the last motion in its chunk. "fresh" is the first motion of a chunk without
+            a predecessor. "joint" is the first motion of a chunk that took over from another.
+            "inside" is any other motion.
     """
 
     def __init__(
@@ -153,7 +154,7 @@ def load_controller(
     """Return the controller of a checkpoint, by default the one shipped with Calot.
 
     Raises:
-        CheckpointError: there is no checkpoint, or it does not fit.
+        CheckpointError: There is no checkpoint, or the checkpoint does not fit.
     """
     config, sampler = _loaded(CHECKPOINTS.chosen(checkpoint))
     return ControllerDiffusion(config, sampler, seed, alone=alone)
@@ -169,7 +170,7 @@ def make(setup: PolicySetup) -> ControllerDiffusion:
     """Return the controller of the checkpoint in its setup.
 
     Raises:
-        CheckpointError: there is none, or it does not fit.
+        CheckpointError: There is no checkpoint, or the checkpoint does not fit.
     """
     return load_controller(setup.checkpoint, setup.seed)
 
@@ -178,6 +179,6 @@ def make_alone(setup: PolicySetup) -> ControllerDiffusion:
     """Return the controller of the checkpoint in its setup, without the rules.
 
     Raises:
-        CheckpointError: there is none, or it does not fit.
+        CheckpointError: There is no checkpoint, or the checkpoint does not fit.
     """
     return load_controller(setup.checkpoint, setup.seed, alone=True)

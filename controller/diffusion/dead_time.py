@@ -1,7 +1,7 @@
-"""The dead time of a robot, and where its tools will be when the next motion takes effect.
+"""Estimate a robot's dead time, and predict its tools' poses when the next motion takes effect.
 
-The predictor of Smith ("Closer control of loops with dead time", Chem. Eng. Prog. 53, 1957), for
-the tools only: tissue and its forces are assumed to stay as observed.
+The predictor is that of Smith ("Closer control of loops with dead time", Chem. Eng. Prog. 53,
+1957), for the tools only. Tissue and its forces are assumed to stay as observed.
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ from tissue_sim.sensing.observation import fields
 
 MAX_STEPS = 60
 KEPT = 0.99  # weight of the past in each control step: about three seconds count
-MIN_M2 = 2e-6  # summed squared motion of the tips; with less the delay cannot be told
+MIN_M2 = 2e-6  # summed squared motion of the tips; with less the delay cannot be estimated
 SHARE = 0.05  # of it that an accepted delay may leave unexplained
 SURER = 0.25  # a new delay leaves at most this share of what the present delay leaves unexplained
 
@@ -33,13 +33,13 @@ class DeadTime:
         self.reset()
 
     def reset(self) -> None:
-        """Forget the motions asked for and observed."""
+        """Forget the requested and the observed motions."""
         self._asked_m = np.zeros((MAX_STEPS + 1, 2, 3))  # the newest first
         self._unexplained_m2, self._moved_m2 = np.zeros(MAX_STEPS + 1), 0.0
         self._tips_m: Array | None = None
 
     def update(self, tips_m: Array) -> None:
-        """Take both tips (2, 3), before the next motion is asked for."""
+        """Take in the places of both tips (2, 3), before the next motion is requested."""
         if self._tips_m is not None:
             moved_m = tips_m - self._tips_m
             missed_m2 = ((moved_m - self._asked_m) ** 2).sum(axis=(1, 2))
@@ -49,7 +49,7 @@ class DeadTime:
         self._tips_m = tips_m
 
     def ask(self, row: Array) -> None:
-        """Take the motion (20,) that is asked for now."""
+        """Take in the motion (20,) that is requested now."""
         self._asked_m = np.roll(self._asked_m, 1, axis=0)
         self._asked_m[0] = row.reshape(2, 10)[:, MOVE]
 
@@ -65,8 +65,8 @@ def foreseen(seen: NDArray[np.float32], rows: Array) -> NDArray[np.float32]:
     """Return an observation (`VECTOR_SIZE`,) with the tools moved ahead by motions.
 
     Args:
-        seen: an `Observation.vector()`.
-        rows: (1 + n, 20) the last motion that is visible in it, and the n that follow.
+        seen: The `Observation.vector()`.
+        rows: (1 + n, 20) the last motion that is visible in the observation, and n later motions.
     """
     ahead = seen.copy()
     parts = fields(ahead)  # views

@@ -1,4 +1,4 @@
-"""The network: observation and words become a condition, under which noisy chunks are denoised."""
+"""Define the network, which denoises chunks under a condition of observation and words."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ class FilmBlock(nn.Module):
 
 
 class ConditionEncoder(nn.Module):
-    """Encodes features under words: the words tell which features matter."""
+    """Encodes features under words, which determine the features that matter."""
 
     def __init__(self, n_features: int, config: PolicyConfig) -> None:
         super().__init__()
@@ -55,10 +55,10 @@ class ConditionEncoder(nn.Module):
         """Return the condition (B, width) of features `delay` motions before the chunk begins.
 
         Args:
-            features: (B, n) normalised.
-            past: as `Denoiser.forward` takes it.
+            features: (B, n) normalised features.
+            past: The past, as in `Denoiser.forward`.
             delay: (B, max_delay + 1), 1 at the delay.
-            films: (B, 2 width) each, of the words.
+            films: Scale and shift (B, 2 width) of each block, from the words.
         """
         x = self.enter(torch.cat([features, past, delay], dim=-1))
         for block, film in zip(self.blocks, films, strict=True):
@@ -69,7 +69,8 @@ class ConditionEncoder(nn.Module):
 class Denoiser(nn.Module):
     """Predicts the clean chunk from a noisy one and the clean motions before it, the past.
 
-    Training-time real-time chunking (arXiv 2512.05964) with an MLP that predicts the clean chunk.
+    The method is training-time real-time chunking (arXiv 2512.05964), with an MLP that predicts the
+    clean chunk.
     """
 
     def __init__(self, config: PolicyConfig) -> None:
@@ -87,10 +88,10 @@ class Denoiser(nn.Module):
         """Return clean chunks (B, M, H, 20) from M noisy ones for each of B conditions.
 
         Args:
-            noisy: (B, M, H, 20).
-            past: (B, P * 21) rows before the chunk, and which of them are known.
-            level: (B, M) of noise, 0 clean to 1 noise alone.
-            condition: (B, width).
+            noisy: (B, M, H, 20) noisy chunks.
+            past: (B, P * 21) rows before the chunk, and a mask of the known rows.
+            level: (B, M) noise levels, from 0 (clean) to 1 (noise alone).
+            condition: (B, width) conditions.
         """
         led = past[:, None].expand(-1, noisy.shape[1], -1)
         x = torch.cat([noisy.flatten(2), led, _waves(level)], dim=-1)

@@ -1,4 +1,4 @@
-"""A policy's sampler as a graph for ONNX Runtime: the same chunks, much faster than eager."""
+"""Run a policy's sampler as an ONNX Runtime graph: the same chunks, much faster than eager."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ class Sampler:
         )
 
     def __deepcopy__(self, memo: object) -> Sampler:
-        """Return itself: it has no state, so a copied controller may share it."""
+        """Return the sampler itself: a copied controller may share it, as it has no state."""
         return self
 
     def __call__(self, inputs: dict[str, NDArray]) -> NDArray[np.float32]:
@@ -40,7 +40,7 @@ class Sampler:
 
 
 def export(policy: Policy) -> bytes:
-    """Export the sampler to ONNX, for one chunk at a time."""
+    """Return the sampler as ONNX, for one chunk at a time."""
     buffer, example = io.BytesIO(), example_inputs(policy.config)
     with warnings.catch_warnings():  # the newer exporter needs a package more, for the same graph
         warnings.simplefilter("ignore")

@@ -1,4 +1,4 @@
-"""The diffusion policy: chunks from observations and words."""
+"""Define the diffusion policy, which samples chunks from observations and words."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""From which side does the right tool come to its place on a tube? Privileged."""
+"""Choose the side from which the right tool approaches its place on a tube. Privileged."""
 
 from __future__ import annotations
 
@@ -29,9 +29,10 @@ class Approach:
     """How the right tool approaches its place on a tube.
 
     Attributes:
-        turn_rad: angle from straight ahead, towards the left.
-        aside: 0 at the usual place, 2 as far down from the gallbladder as clips and cuff allow.
-        off_centre_m: offset of the jaws' middle from the tube, along the tool's y.
+        turn_rad: Angle from straight ahead, towards the left.
+        aside: Shift of the place from 0, the usual place, to 2, as far down from the gallbladder as
+            clips and cuff allow.
+        off_centre_m: Offset of the jaws' middle from the tube, along the tool's y.
     """
 
     turn_rad: float = 0.0
@@ -59,10 +60,12 @@ def clear_approach(
     """Return the first approach by which the open tool catches this tube alone.
 
     Only approaches within reach count, if there is one. Further attempts (1, 2, ...) alternate
-    with the list's end, where approaches differ most: the tool itself may have pushed something
-    between the jaws. If the gallbladder is in the way of all approaches, return the one that
-    leaves it the most room, then the best one from another side. Where a structure at risk or the
-    other arm is near in all of them, those come first that leave it the most room.
+    with the list's end, where approaches differ most: the tool itself may have pushed tissue
+    between the jaws.
+
+    The gallbladder may be in the way of all approaches. Then the first choice leaves it the most
+    room, and the next choice is the best approach from another side. A structure at risk or the
+    other arm may be near in all approaches. Then approaches with the most room for it come first.
     """
     poses = {approach: pose(world, approach) for approach in APPROACHES}
     poses = {a: T for a, T in poses.items() if in_reach(world, T, tool)} or poses
@@ -89,7 +92,7 @@ def _roomiest(room_m: dict[Approach, float]) -> list[Approach]:
 
 
 def in_reach(world: World, T_world_tool: Array, tool: str) -> bool:
-    """Return whether the right arm reaches a pose, and in front of it, off its joint limits."""
+    """Return whether the right arm reaches a pose, and a point before it, off its joint limits."""
     stand = before(T_world_tool, STANDOFF_M)
     return all(_has_room(world, T, INSTRUMENTS[tool]) for T in (stand, T_world_tool))
 

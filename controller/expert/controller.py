@@ -1,6 +1,6 @@
-"""A controller that solves every task from the world's hidden state. Privileged.
+"""Run the expert, a controller that solves every task from the world's hidden state. Privileged.
 
-It makes the demonstrations and is the reference for learned controllers.
+The expert makes the demonstrations and is the reference for learned controllers.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ from tissue_sim.world import World
 class ControllerExpert:
     """Runs the skill of the instructed task, phase by phase; the idle arm holds still.
 
-    A correction comes first; after it the skill starts again.
+    A correction comes first; after the correction the skill starts again.
     """
 
     privileged = True
@@ -37,7 +37,7 @@ class ControllerExpert:
     def reset(self) -> None:
         """Start the current task's skill again; the jaws stay as last commanded.
 
-        What is broken off here is no failed attempt.
+        An attempt that ends here does not count as failed.
         """
         self._jaw_rad: Array = self._world.target[:, 6]
         self._interrupt()
@@ -70,7 +70,7 @@ class ControllerExpert:
         return goals[LEFT_ARM], goals[RIGHT_ARM]
 
     def _interrupt(self) -> None:
-        """End the current attempt without counting it: the next one repeats its approach."""
+        """End the current attempt without counting it; the next attempt repeats the approach."""
         if self._task is not None:
             self._attempts[self._task] -= 1
             self._task = None
@@ -93,6 +93,6 @@ class ControllerExpert:
 
 @privileged
 def make(setup: PolicySetup, world: World) -> ControllerExpert:
-    """Return the expert; nothing in its setup concerns it."""
+    """Return the expert, which does not use its setup."""
     del setup
     return ControllerExpert(world)

@@ -1,7 +1,7 @@
-"""How the expert follows a correction: the named arm or gripper moves as told.
+"""Carry out a correction as the expert: the named arm or gripper moves as instructed.
 
-The motion depends only on the present observation and the words, so that it can be learned. It is
-slower near tissue: beside it 3 mm in a second, because small motions are meant there.
+The motion depends only on the present observation and the words, so that a policy can learn it.
+Near tissue the motion is slower, 3 mm in a second beside it, because small motions are meant there.
 """
 
 from __future__ import annotations
@@ -41,7 +41,7 @@ def _arm_goal(arm: int, along_endoscope: Array, world: World) -> Goal:
 
 
 def _jaw_goal(arm: int, motion: JawMotion, world: World) -> Goal:
-    """Return jaws wide open or shut; a grasper that holds firmly closes no further."""
+    """Return the goal of wide open or shut jaws; a grasper that holds firmly closes no further."""
     if motion == "open":
         return Goal(jaw_rad=world.arms.mounted[arm].jaw_range_rad[1])
     firm = arm == LEFT_ARM and world.record.grasp.pinch_n >= GRASP_PINCH_N

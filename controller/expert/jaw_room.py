@@ -1,4 +1,4 @@
-"""How much room do the open jaws of the right tool leave at a pose? Privileged."""
+"""Compute the room that the open jaws of the right tool leave at a pose. Privileged."""
 
 from __future__ import annotations
 
@@ -29,9 +29,9 @@ def sac_room_m(world: World, T_world_tool: Array, tool: str, opening_rad: float)
 
 
 def firm_room_m(world: World, T_world_tool: Array, tool: str, opening_rad: float) -> float:
-    """Return the gap from the open jaws' fingers to what must not be touched; negative if inside.
+    """Return the gap from the open jaws' fingers to firm obstacles; negative if inside.
 
-    This is the structures at risk and the left instrument.
+    Firm obstacles are the structures at risk and the left instrument.
     """
     lines = [
         (subdivide(world.tubes.centres(t), LINE_PARTS), world.tubes.radius_m(t)) for t in AT_RISK

@@ -1,4 +1,4 @@
-"""Straight motion of a tool towards a pose, as a chunk of small relative steps."""
+"""Move tools straight towards goal poses, as a chunk of small relative steps."""
 
 from __future__ import annotations
 
@@ -17,12 +17,12 @@ STILL = np.zeros(3)
 
 @dataclass(frozen=True, kw_only=True)
 class Goal:
-    """Where a tool should go and how fast; None means to stay as commanded.
+    """The goal pose of a tool and its speed; None means to stay as commanded.
 
     Attributes:
-        T_world_tool: (4, 4).
-        jaw_rad: wanted total opening.
-        speed_m_s: of the tip.
+        T_world_tool: (4, 4) goal pose.
+        jaw_rad: Wanted total opening of the jaws.
+        speed_m_s: Speed of the tip.
     """
 
     T_world_tool: Array | None = None
@@ -39,7 +39,7 @@ def chunk_towards(
 ) -> Chunk:
     """Return motions of both arms from (2, 4, 4) and commanded jaws (2,) towards their goals.
 
-    Goals, and arms without a goal, move at `drift_world_m_s` (3,): the patient breathes.
+    Goals, and arms without a goal, move at `drift_world_m_s` (3,), because the patient breathes.
     """
     drift_m = CONTROL_PERIOD_S * drift_world_m_s
     T, jaw = T_world_tool.copy(), jaw_rad.copy()
@@ -88,5 +88,5 @@ def _step(T: Array, goal: Array, speed_m_s: float) -> tuple[Array, Array]:
 
 
 def _share(left: float, speed: float) -> float:
-    """Return the share of the way that one step takes; it slows down near the goal."""
+    """Return the share of the remaining way that one step covers; the cap slows the end."""
     return min(0.35, speed * CONTROL_PERIOD_S / left) if left > 1e-9 else 0.0

@@ -1,4 +1,4 @@
-"""The expert's skills: for each kind of task, phases that follow one another."""
+"""Define the expert's skills: for each kind of task, phases that follow one another."""
 
 from __future__ import annotations
 
@@ -49,7 +49,7 @@ GRASP_FIRM_RAD = 0.55  # between wider jaws tissue is wedged: the judge asks for
 SHUT_RAD = -0.3
 FREE_SPEED_M_S, NEAR_SPEED_M_S = 0.030, 0.012
 RETREAT_M = 0.030
-BACK_M = RETRACTED_M + 0.004  # what is seen errs: where just enough is shown, a policy stops short
+BACK_M = RETRACTED_M + 0.004  # observations err: where just enough is shown, a policy stops short
 BESIDE_M = 0.008  # of the jaws' middle line: wider than their opening
 ARRIVED_M, ARRIVED_RAD = 0.0004, 0.06
 ASTRIDE_M, ASTRIDE_RAD = 0.003, 0.3  # so near its place a tool need not come out first; assumed
@@ -58,20 +58,21 @@ PULL_MIN_N, PULL_MAX_N = 2.0 * GRASP_MIN_TRACTION_N, 2.5  # some is lost as tiss
 SPREAD_SPARE_M, SPREAD_MAX_S, DRAW_MAX_S = 0.0004, 3.0, 3.0
 STAB_MAX_M = 0.002  # the right fingers push no deeper into the gallbladder
 JAW_TIME_S, CLOSE_MAX_S = 1.0, 3.0
-SNAG_N, NARROW_RAD = 1.0, 0.1  # below what is an injury; assumed
+SNAG_N, NARROW_RAD = 1.0, 0.1  # below the force of an injury; assumed
 PHASE_MAX_S = 10.0
 HELD_OFF_S = 5.0  # beside its place, by the filter; then the jaws close if that is where they may
 
 
 @dataclass(frozen=True, kw_only=True)
 class Phase:
-    """One part of a skill: where the working arm goes, and when it has arrived.
+    """One part of a skill: the goal of the working arm, and the condition of its arrival.
 
     Attributes:
-        name: for a person to read.
-        arm: the arm that works; the other holds still.
-        goal: of the present world and the tool's pose when the phase began.
-        done: of the world and the time in this phase (s).
+        name: Name for a person to read.
+        arm: The arm that works; the other arm holds still.
+        goal: Function from the present world, and from the tool's pose at the phase's start, to the
+            goal.
+        done: Function from the world and the time in this phase (s) to whether the phase is over.
     """
 
     name: str
@@ -84,7 +85,7 @@ def skill(task: Task, world: World, attempt: int = 0) -> tuple[Phase, ...]:
     """Return the phases that carry out a task in this patient, from any pose of the arm.
 
     A further attempt (1, 2, ...) approaches the tube from another side. A gallbladder that is held
-    where it should be is not let go of.
+    at its proper place is not released.
     """
     tube = structure_of(task, world)
     opening = opening_rad(world.tubes, tube, task.right_tool) if tube else 0.0
@@ -113,7 +114,7 @@ def lacks_clip(task: Task, world: World) -> bool:
 def _from_outside(
     arm: int, phases: tuple[Phase, ...], opening: float, world: World
 ) -> tuple[Phase, ...]:
-    """Open and retract first if the arm is among tissue: it may have caught the wrong thing."""
+    """Return phases that open and retract first if the arm is among tissue, perhaps wrongly."""
     if not among_tissue(arm, world):
         return phases
     jaw_rad = float(world.target[arm, 6])
@@ -124,8 +125,8 @@ def _from_outside(
 def _grasper_out_rad(world: World) -> float:
     """Return the jaw opening to retract the grasper with.
 
-    Jaws that hold tissue open, jaws that press tissue apart close, and others stay as they are:
-    in the folds of the gallbladder, open jaws act as a barb.
+    Jaws that hold tissue open, and jaws that press tissue apart close. Other jaws stay unchanged,
+    because open jaws act as a barb in the folds of the gallbladder.
     """
     jaw_rad = float(world.target[LEFT_ARM, 6])
     if grasper_pressed_n(world) >= HELD_PINCH_N:
@@ -142,7 +143,7 @@ def among_tissue(arm: int, world: World) -> bool:
 
 
 def _grab(opening: float) -> tuple[tuple[Phase, ...], tuple[Phase, ...]]:
-    """Return the phases until the jaws are astride the gallbladder, and those from there on."""
+    """Return the phases until the jaws are astride the gallbladder, and the later phases."""
     arm = LEFT_ARM
     stand = _go(
         arm,
@@ -167,7 +168,7 @@ def _close_on(
 ) -> tuple[Phase, ...]:
     """Return phases that go to a pose on a tube, from a clear side, and close on that tube only.
 
-    Jaws that stand open about the tube, beside their place, go on from there.
+    Jaws that stand open about the tube, beside their place, continue from this pose.
     """
     arm = RIGHT_ARM
     approach = clear_approach(world, tube, lambda w, a: pose(w, approach=a), tool, opening, attempt)
@@ -232,7 +233,7 @@ def _go_back(arm: int, opening: float) -> tuple[Phase, ...]:
 def _snagged(arm: int, world: World) -> bool:
     """Return whether the right tool pulls at tissue: a wide tube may bulge around a finger.
 
-    Jaws that open or draw back would carry it along; as they close they let go of it.
+    Jaws that open or retract would carry the tube along; jaws that close release the tube.
     """
     return arm == RIGHT_ARM and float(np.linalg.norm(world.tool_forces_n()[arm])) > SNAG_N
 
@@ -261,7 +262,7 @@ def _go(
     speed_m_s: float = FREE_SPEED_M_S,
     most_s: float = PHASE_MAX_S,
 ) -> Phase:
-    """Return a phase that moves to a target, which is updated as the tissue moves."""
+    """Return a phase that moves to a target; the target is updated as the tissue moves."""
 
     def arrived(world: World, time_s: float) -> bool:
         off_m, off_rad = distance(world.arms.T_world_tool()[arm], target(world))
@@ -284,7 +285,7 @@ def _stay(arm: int) -> Phase:
 
 
 def _holds_well(world: World) -> bool:
-    """Return whether the grasper holds the gallbladder about where it should."""
+    """Return whether the grasper holds the gallbladder near its proper place."""
     off = inverse_pose(grasp_pose(world)) @ world.arms.T_world_tool()[LEFT_ARM]
     return gallbladder_held(world) and abs(float(off[0, 3])) < BESIDE_GRASP_M
 
@@ -303,7 +304,7 @@ def _pinched(world: World, time_s: float) -> bool:
 
 
 def _towards(world: World, start: Array, direction: Array) -> Goal:
-    """Return a step of the grasper along a unit vector (3,), world frame, as it is turned."""
+    """Return a step of the grasper along a unit vector (3,), world frame, turned as at `start`."""
     T = world.arms.T_world_tool()[LEFT_ARM].copy()
     T[:3, 3] += PULL_STEP_M * direction
     T[:3, :3] = start[:3, :3]
@@ -328,9 +329,9 @@ def _draw(tube: str, world: World, start: Array) -> Goal:
 
 
 def _drawn(tube: str, world: World, time_s: float) -> bool:
-    """Return whether a tube is straight, or nothing more can be done for it.
+    """Return whether a tube is straight, or the grasper can straighten it no further.
 
-    Where the other tube is cut, the gallbladder hangs on this one alone.
+    Where the other tube is cut, the gallbladder hangs on this tube alone.
     """
     traction_n = world.record.grasp.traction_n
     held = gallbladder_held(world) and not tube_severed(world, tube)

@@ -1,4 +1,4 @@
-"""Where the instruments should go, from the anatomy as it is now. Privileged."""
+"""Compute the instruments' target poses from the present anatomy. Privileged."""
 
 from __future__ import annotations
 
@@ -55,7 +55,7 @@ def grasp_pose(world: World) -> Array:
 
 
 def grasp_opening_rad(world: World) -> float:
-    """Return the jaw opening that passes the infundibulum where it is grasped."""
+    """Return the jaw opening that passes the infundibulum at the place of the grasp."""
     _, radius_m = grasped_ring(world)
     hinge_m = INSTRUMENTS["grasper"].yaw_to_tip_m - 0.5 * radius_m - GRASP_BEYOND_M
     return max(GRASP_OPEN_RAD, 2.0 * float(np.arctan((radius_m + GRASP_ROOM_M) / hinge_m)))
@@ -73,8 +73,8 @@ def grasped_ring(world: World) -> tuple[int, float]:
 def clip_pose(world: World, tube: str, k: int, approach: Approach = USUAL) -> Array:
     """Return `T_world_tool` of the applier with the k-th clip's place (1 to 3) between its jaws.
 
-    It is farther up if the clip below sits higher than intended. On a tube that takes two clips
-    the third is the upper one, and so is the second if a person asks for it.
+    The place is farther up if the clip below sits higher than intended. On a tube that takes two
+    clips, the third clip is the upper one. So is the second clip, if a person requests it.
     """
     stations = clip_stations_m(world.tubes, tube, approach.aside)
     n_below = min(k, len(stations)) - 1
@@ -90,8 +90,8 @@ def clip_pose(world: World, tube: str, k: int, approach: Approach = USUAL) -> Ar
 def cut_pose(world: World, tube: str, approach: Approach = USUAL) -> Array:
     """Return `T_world_tool` of the scissors below the gallbladder's clip, midway unless aside.
 
-    With more clips than needed, because some were repeated: in the widest gap above those that must
-    stay in the patient.
+    A tube may have more clips than needed, because some were repeated. Then the scissors cut in the
+    widest gap above the clips that must stay in the patient.
     """
     planned = clip_stations_m(world.tubes, tube)
     stations = sorted(clips_at_m(world, tube))
@@ -108,7 +108,7 @@ def cut_pose(world: World, tube: str, approach: Approach = USUAL) -> Array:
 def belongs_here(world: World, tube: str, T_world_tool: Array) -> bool:
     """Return whether jaws that close here clip or cut a tube where the judge allows it.
 
-    The filter may have held the tool off its place; a clip or a cut beside it would be of no use.
+    The filter may have held the tool off its place; a clip or a cut beside the place is of no use.
     """
     clips_m = np.array(clips_at_m(world, tube))
     clips = world.arms.mounted[RIGHT_ARM].name == "clip_applier"
@@ -127,7 +127,7 @@ def clips_at_m(world: World, tube: str) -> list[float]:
 
 
 def clip_stations_m(tubes: Tubes, tube: str, aside: float = 0.0) -> tuple[float, ...]:
-    """Return where the clips go by the rule: as many as the tube has room for."""
+    """Return the clips' stations by the rule: as many clips as the tube has room for."""
     length_m = tubes.length_m[tube]
     stations = clip_rule.clip_stations_m(
         tube, np.array(length_m), clips_needed(tube, length_m), aside
@@ -143,7 +143,7 @@ def opening_rad(tubes: Tubes, tube: str, tool: str = "clip_applier") -> float:
 
 
 def pull_direction(tubes: Tubes, chosen: Sequence[str] = TUBES) -> Array:
-    """Return a unit vector that straightens tubes, the slackest one most, off the liver."""
+    """Return a unit vector that straightens tubes, the slackest tube most, off the liver."""
     total = np.zeros(3)
     for tube in chosen:
         centres = tubes.centres(tube)
@@ -155,8 +155,8 @@ def pull_direction(tubes: Tubes, chosen: Sequence[str] = TUBES) -> Array:
 def spread_direction(tubes: Tubes) -> Array:
     """Return a unit vector along which the gallbladder's pull parts duct and artery the fastest.
 
-    A point at the share f of a tube's length moves with f of the gallbladder. So the way between
-    the walls where they are nearest grows along itself if the artery's share is the larger one.
+    A point at the share f of a tube's length moves by f of the gallbladder's motion. So the vector
+    between the nearest points of the walls grows along itself if the artery's share is larger.
     """
     duct, artery = (tubes.centres(tube) for tube in TUBES)
     apart = artery[None] - duct[:, None]
@@ -176,10 +176,10 @@ def astride(point: Array, along: Array, approach: Array, *, beyond_m: float) -> 
     """Return a tool pose whose jaws close square across a line at a point.
 
     Args:
-        point: (3,) on the line.
-        along: (3,) unit direction of the line; becomes the jaws' pivot axis.
-        approach: (3,) wanted forward direction, made square to the line.
-        beyond_m: how far the tip reaches beyond the point.
+        point: (3,) point on the line.
+        along: (3,) unit direction of the line, which becomes the jaws' pivot axis.
+        approach: (3,) wanted forward direction, which is made square to the line.
+        beyond_m: Distance by which the tip reaches beyond the point.
     """
     z = unit(approach - (approach @ along) * along)
     return pose(np.stack([along, np.cross(z, along), z], axis=1), point + beyond_m * z)

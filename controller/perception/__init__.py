@@ -1,1 +1,1 @@
-"""What is seen in pictures, with encoders and motor currents? An observation; it knows no world."""
+"""Which observation follows from pictures, encoders and motor currents, without the world?"""

@@ -1,4 +1,4 @@
-"""A perception's checkpoint: the networks of all views and the prior, in one file."""
+"""Define a perception's checkpoint: the networks of all views and the prior, in one file."""
 
 from __future__ import annotations
 
@@ -20,11 +20,11 @@ from tissue_sim.version import WORLD_VERSION
 
 @dataclass(frozen=True, kw_only=True)
 class PerceptionConfig:
-    """What a checkpoint holds.
+    """The configuration of a checkpoint.
 
     Attributes:
-        views: names of the cameras.
-        sizes: width and height of their pictures, pixels.
+        views: Names of the cameras.
+        sizes: Width and height of the cameras' pictures, pixels.
     """
 
     views: Annotated[tuple[str, ...], Meta(min_length=1, max_length=8)]

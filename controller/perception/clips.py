@@ -1,7 +1,7 @@
-"""Memory of the clips: how many, in order of closing, and where on which tube.
+"""Remember the clips: their number, their order of closing, their tubes and stations.
 
 The applier's own closing counts a clip and places it, by the arm's encoders. Pictures then move
-its station little by little, and it pins the tube where they show it.
+the clip's station little by little. The clip pins the tube where pictures show the clip.
 """
 
 from __future__ import annotations
@@ -20,10 +20,10 @@ from tissue_sim.sensing.polyline import nearest_to_jaws, place_on
 from tissue_sim.tools.arms import RIGHT_ARM
 from tissue_sim.tools.clip_size import CLIP_LENGTH_M
 
-CAUGHT_M = 0.0035  # assumed: a tube seen as near to the closed jaws is in the clip
+CAUGHT_M = 0.0035  # assumed: a tube observed this near to the closed jaws is in the clip
 IN_JAWS_M = 0.0006  # assumed: how far the tube's middle lies from the jaws' mid-line
 PLACED_M = 0.0005  # assumed standard deviation of a clip's station at closing
-CREEP_M = 3e-4  # growth of it, in a second's square root; chosen on tuning patients
+CREEP_M = 3e-4  # its growth, in a second's square root; chosen on tuning patients
 EVIDENCE_PX = 2.0  # assumed standard deviation of a found clip
 
 
@@ -32,10 +32,10 @@ class SeatedClip:
     """One clip: on a tube at a station, or lying loose.
 
     Attributes:
-        tube: 0 left, 1 right; None if it caught neither.
-        at: station, counted in the tube's points.
-        variance_m2: of the station.
-        place_m: (3,) where it closed.
+        tube: The tube, 0 left, 1 right; None if the clip caught neither.
+        at: Station of the clip, counted in the tube's points.
+        variance_m2: Variance of the station.
+        place_m: (3,) place where the clip closed.
     """
 
     tube: int | None
@@ -55,7 +55,7 @@ class Clips:
         return len(self._clips)
 
     def step(self, glance: Glance, lines: Lines, passed_s: float) -> None:
-        """Take in one control step: has the applier closed on something?"""
+        """Take in one control step: check whether the applier has closed on a structure."""
         if self._loaded and not glance.clip_loaded and glance.tools[1] == CLIP_APPLIER:
             self._close(glance.tips_endoscope[RIGHT_ARM], lines)
         self._loaded = glance.clip_loaded
@@ -65,7 +65,7 @@ class Clips:
     def look(
         self, pictures: dict[str, Picture], shown: dict[str, Shown], lines: Lines
     ) -> dict[int, bool]:
-        """Take in what the views show; return which of the clips are seen."""
+        """Take in the views' evidence; return which of the clips are visible."""
         seen = dict.fromkeys(range(len(self._clips)), False)
         places = [self._place(clip, lines) for clip in self._clips]
         for k, clip in enumerate(self._clips):
@@ -105,14 +105,14 @@ class Clips:
 
     @staticmethod
     def _pin(clip: SeatedClip, picture: Picture, found: Array, lines: Lines) -> None:
-        """Move the line to where a picture shows its clip; beside a cut it has no shape."""
+        """Move the line to its clip in a picture; beside a cut the line has no shape."""
         k = int(np.clip(clip.at, 0, TUBE_POINTS - 2))
         if clip.tube is not None and lines.cuts.get(clip.tube, -1.0) // 1 != k:
             at = (TUBE_POINTS * clip.tube + k, clip.at - k)
             lines.pin(picture, found, at, clip.variance_m2)
 
     def _correct(self, clip: SeatedClip, picture: Picture, found: Array, lines: Lines) -> None:
-        """Move a clip along its tube towards where a picture shows it."""
+        """Move a clip along its tube towards its place in a picture."""
         if clip.tube is None:
             return
         self._pin(clip, picture, found, lines)
@@ -131,7 +131,7 @@ class Clips:
 
 
 def _on(lines: Lines, tube: int, at: float) -> Array:
-    """Return the point (3,) at a station of a tube, on the stump to which it belongs."""
+    """Return the point (3,) at a station of a tube, on the stump to which the station belongs."""
     return place_on(tube_m(lines, tube), at, lines.cuts.get(tube))
 
 

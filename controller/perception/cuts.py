@@ -1,4 +1,4 @@
-"""Memory of the cuts: the scissors' own closing tells of one, and pictures refute or confirm it."""
+"""Remember the cuts: the scissors' own closing suggests a cut, pictures refute or confirm it."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from tissue_sim.tools.instruments import INSTRUMENTS
 # Scissors cut with their blades 1.2 mm apart, at 0.12 rad, once they have opened. Encoders have
 # some play: near that angle pictures must confirm the cut.
 OPENED_RAD, NEARLY_RAD, CLOSED_RAD = 0.25, 0.126, 0.118
-BETWEEN_M = 0.003  # assumed: a tube seen as near to the blades is between them
+BETWEEN_M = 0.003  # assumed: a tube observed this near to the blades is between them
 BEGIN, SURE = -3.0, 5.0  # logits: at first, not doubted any more; assumed
 NEARLY, CLOSED = -0.5, 2.0  # after blades have nearly closed, and closed; assumed
 CONFIRMS, REFUTES = 0.4, 0.02  # of one look; assumed: looks err alike, and much hides an end
@@ -26,7 +26,7 @@ BLADE_M = INSTRUMENTS[SCISSORS].yaw_to_tip_m - INSTRUMENTS[SCISSORS].finger_star
 
 
 class Cuts:
-    """Whether the left and the right tube are severed."""
+    """Estimates whether the left and the right tube are severed."""
 
     def __init__(self) -> None:
         self._logit = np.full(2, BEGIN)
@@ -35,15 +35,15 @@ class Cuts:
 
     @property
     def severed(self) -> NDArray[np.bool_]:
-        """Whether each tube (2,) is severed."""
+        """Return whether each tube (2,) is severed."""
         return self._logit > 0.0
 
     def stations(self) -> dict[int, float]:
-        """Return where the severed tubes are cut, by tube."""
+        """Return the stations at which the severed tubes are cut, by tube."""
         return {k: at for k, at in enumerate(self._at) if at is not None and self.severed[k]}
 
     def step(self, glance: Glance, lines: Lines) -> None:
-        """Take in one control step: have scissors closed on a tube?"""
+        """Take in one control step: check whether scissors have closed on a tube."""
         if glance.tools[1] != SCISSORS:
             self._opened = False
             return
@@ -54,7 +54,7 @@ class Cuts:
             self._close(glance, lines, NEARLY if self._opened else CLOSED)
 
     def _close(self, glance: Glance, lines: Lines, told: float) -> None:
-        """Take in that blades have closed, nearly or wholly, on the tube between them."""
+        """Register that blades have closed, nearly or wholly, on the tube between them."""
         T = glance.tips_endoscope[RIGHT_ARM]
         places = [nearest_to_jaws(tube_m(lines, k), T, BLADE_M) for k in (0, 1)]
         tube = int(np.argmin([away for _, _, away in places]))
@@ -63,7 +63,7 @@ class Cuts:
             self._logit[tube], self._at[tube] = max(self._logit[tube], told), k + share
 
     def look(self, pictures: dict[str, Picture], shown: dict[str, Shown], lines: Lines) -> None:
-        """Take in whether the views show ends where scissors have closed on a tube."""
+        """Take in the views' evidence of ends where scissors have closed on a tube."""
         for tube, at in enumerate(self._at):
             if at is None or not BEGIN < self._logit[tube] < SURE:
                 continue

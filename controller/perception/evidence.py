@@ -1,4 +1,4 @@
-"""Finds clips and ends of cuts in a view's maps of evidence, near where they are believed."""
+"""Find clips and ends of cuts in a view's maps of evidence, near their estimated places."""
 
 from __future__ import annotations
 
@@ -12,16 +12,16 @@ from tissue_sim.frames import Array
 from tissue_sim.sensing.pictures.glance import Picture
 
 LEAST = 0.6  # assumed: probability of a cell that counts as evidence
-WINDOW_M, LEAST_PX = 0.003, 6.0  # how far from where something is believed it is looked for
+WINDOW_M, LEAST_PX = 0.003, 6.0  # radius of the search around an estimated place
 BEHIND_M = 0.005  # nearer to the eye, or behind it, nothing is found
 
 
 def find(
     what: str, shown: Shown, picture: Picture, place: Array, others: Sequence[Array] = ()
 ) -> Array | None:
-    """Return the pixel (2,) of what a picture shows near a place (3,), if it shows one.
+    """Return the pixel (2,) of evidence in a picture near a place (3,), if there is evidence.
 
-    `what` is one of `network.DENSE`. What is nearer to the others of its kind is theirs.
+    `what` is one of `network.DENSE`. Evidence nearer to the others of its kind belongs to them.
     """
     (pixel,), (ahead,) = picture.project(place[None])
     if ahead < BEHIND_M:
@@ -45,7 +45,7 @@ def find(
 
 
 def in_frame(picture: Picture, place: Array) -> bool:
-    """Return whether a picture's frame holds a place (3,)."""
+    """Return whether a picture's frame contains a place (3,)."""
     (pixel,), (ahead,) = picture.project(place[None])
     height, width = picture.rgb.shape[:2]
     return bool(ahead > BEHIND_M and (pixel > 0.0).all() and pixel[0] < width and pixel[1] < height)

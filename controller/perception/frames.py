@@ -1,4 +1,4 @@
-"""Labelled frames of one view for training, and random changes of them."""
+"""Read labelled frames of one view for training, and change them at random."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ from tissue_sim.sensing.pictures.picture_faults import smoked, splashed
 TURN_RAD, GROW, SHIFT = 0.3, 0.15, 0.1  # largest; of the size: natural logarithm, share
 SMOKED, SPLASHED, DEAD = 0.15, 0.15, 0.03  # shares of spoilt pictures; assumed
 MOST_SMOKE, MOST_BLOOD = 0.6, 0.25
-OPAQUE = 0.5  # cover through which nothing is seen
+OPAQUE = 0.5  # cover through which nothing is visible
 NOWHERE_PX = -1e4
 LIGHT, TINT, OFFSET, NOISE = 0.3, 0.12, 0.04, 0.01  # standard deviations; assumed
 _UNREADABLE = (  # what numpy raises for a file that is damaged or of another kind
@@ -34,12 +34,12 @@ class Frames:
     """Frames of one view.
 
     Attributes:
-        rgb: (n, height, width, 3) uint8.
-        pixels: (n, n_shown, 2) where the labelled points are.
-        there: (n, n_shown) whether they exist.
-        visible: (n, n_shown) whether the picture shows them.
-        radius: (n, `N_WIDE`) how wide radii of tubes and gallbladder appear, pixels.
-        flags: (n, 3) of `network.FLAGS`.
+        rgb: (n, height, width, 3) pictures, uint8.
+        pixels: (n, n_shown, 2) pixels of the labelled points.
+        there: (n, n_shown) whether the points exist.
+        visible: (n, n_shown) whether the picture shows the points.
+        radius: (n, `N_WIDE`) apparent radii of tubes and gallbladder, pixels.
+        flags: (n, 3) flags of `network.FLAGS`.
     """
 
     rgb: Tensor
@@ -53,7 +53,7 @@ class Frames:
         return len(self.rgb)
 
     def some(self, which: Tensor) -> Frames:
-        """Return the frames of these indices."""
+        """Return the frames with these indices."""
         return Frames(**{name: part[which] for name, part in vars(self).items()})
 
     def to(self, device: str) -> Frames:
@@ -62,7 +62,7 @@ class Frames:
 
     @property
     def digest(self) -> str:
-        """Return the digest of everything that training reads, in hex."""
+        """Return the digest of all data that training reads, in hex."""
         digest = sha256()
         for part in vars(self).values():
             digest.update(np.ascontiguousarray(part.numpy(force=True)).data)
@@ -73,8 +73,8 @@ def read_frames(files: Sequence[Path], view: str) -> Frames:
     """Read a view's frames of many episodes.
 
     Raises:
-        ValueError: a file is damaged or has no labelled frames, or its arrays have other shapes
-            than those of the first; the message is one line.
+        ValueError: A file is damaged or has no labelled frames, or its arrays have other shapes
+            than the first file's. The message is one line.
     """
     parts = [_read(path, view) for path in files]
     shapes = [{name: array.shape[1:] for name, array in part.items()} for part in parts]
@@ -104,7 +104,7 @@ def _read(path: Path, view: str) -> Mapping[str, NDArray]:
 def changed(frames: Frames, chance: torch.Generator) -> tuple[Tensor, Frames]:
     """Return pictures (b, 3, height, width), 0 to 1, with other light and moved, and their labels.
 
-    The frames returned keep their own `rgb`.
+    The returned frames keep their own `rgb`.
     """
     pictures = frames.rgb.permute(0, 3, 1, 2).float() / 255.0
     pictures, labels = _moved(pictures, frames, chance)
@@ -120,7 +120,7 @@ def changed(frames: Frames, chance: torch.Generator) -> tuple[Tensor, Frames]:
 
 
 def _spoilt(pictures: Tensor, frames: Frames, chance: torch.Generator) -> tuple[Tensor, Frames]:
-    """Spoil some pictures by smoke, blood on the lens, or a dead camera, which shows nothing."""
+    """Return pictures, some spoilt by smoke, blood on the lens, or a dead camera."""
     n, device = len(pictures), pictures.device
     drawn = torch.rand(5, n, generator=chance, device=device)
     pictures = smoked(pictures, MOST_SMOKE * drawn[0] * (drawn[1] < SMOKED), chance)
@@ -135,7 +135,7 @@ def _spoilt(pictures: Tensor, frames: Frames, chance: torch.Generator) -> tuple[
 
 
 def _moved(pictures: Tensor, frames: Frames, chance: torch.Generator) -> tuple[Tensor, Frames]:
-    """Turn, scale and shift pictures and labels alike."""
+    """Return pictures and labels, turned, scaled and shifted alike."""
     n, _, height, width = pictures.shape
     device = pictures.device
     drawn = 2.0 * torch.rand(n, 4, generator=chance, device=device) - 1.0

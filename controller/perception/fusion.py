@@ -1,7 +1,8 @@
-"""Joins what all views show into the places of the lines' points, over time.
+"""Fuse the evidence of all views into the places of the lines' points, over time.
 
-An information filter: what is believed is a normal distribution of all points together. Motion
-widens it as lines move, smoothly; what a view shows narrows it, by where the camera is believed.
+The estimator is an information filter: the estimate is a normal distribution of all points
+together. Motion widens the distribution as lines move, smoothly. A view's evidence narrows the
+distribution, by the camera's estimated pose.
 """
 
 from __future__ import annotations
@@ -19,22 +20,22 @@ ITERATIONS = 3
 FIRST_ITERATIONS = 8  # from the prior's mean the way is long
 PER_AXIS = 0.8  # standard deviation along an axis over the mean distance, of a normal distribution
 FLOOR_PX = 0.3  # a network is never surer
-SAME_LOOKS = 3.0  # assumed: successive looks err alike, so that one counts as less
+SAME_LOOKS = 3.0  # assumed: successive looks err alike, so that one look counts as less
 FAR_OFF = 3.0  # standard deviations from which on a measurement counts less
 EDGE_PX = 1.0
-ELSEWHERE = 2.0  # standard deviations by which a quarter of what is seen is off after a jump;
+ELSEWHERE = 2.0  # standard deviations by which a quarter of the visible points is off after a jump;
 # up to 1.9 in a pull, 2.5 to 5 when the gallbladder slipped; chosen on tuning patient 10021
 JUMP_S = 40.0  # time in which usual motions would go as far
-FEWEST = 6  # points in sight that can tell it
+FEWEST = 6  # points in sight that can show a jump
 MARK_PX = 0.7  # standard deviation of a found clip; chosen on tuning patients
 HAND_EYE_M = SensorModel().hand_eye_m
 
 
 class Lines:
-    """What is believed of the points of the lines: mean (`N_LINE`, 3) and covariance, metres.
+    """Estimates the points of the lines: mean (`N_LINE`, 3) and covariance, metres.
 
     Attributes:
-        cuts: stations of the cuts by tube, 0 left, 1 right, counted in the tube's points.
+        cuts: Stations of the cuts by tube, 0 left, 1 right, counted in the tube's points.
     """
 
     def __init__(self, prior: Prior) -> None:
@@ -45,26 +46,26 @@ class Lines:
 
     @property
     def points_m(self) -> Array:
-        """The points (`N_LINE`, 3)."""
+        """Return the points (`N_LINE`, 3)."""
         return self._x.reshape(N_LINE, 3)
 
     @property
     def variance_m2(self) -> Array:
-        """The variances (`N_LINE`,) along an axis, on average."""
+        """Return the variances (`N_LINE`,) along an axis, on average."""
         return np.diag(self._P).reshape(N_LINE, 3).mean(axis=1)
 
     def wait(self, passed_s: float, share: float) -> None:
-        """Let time pass, with this share of the usual motion; never less sure than at first."""
+        """Let time pass, with this share of the usual motion; the prior bounds the uncertainty."""
         self._P += passed_s * share * self._prior.drift
         grown = np.diag(self._P) / np.diag(self._prior.spread)
         shrink = np.sqrt(np.minimum(1.0, 1.0 / grown))
         self._P *= shrink[:, None] * shrink
 
     def look(self, pictures: dict[str, Picture], shown: dict[str, Shown]) -> None:
-        """Take in what the views show.
+        """Take in the views' evidence.
 
-        Where it is not where it is believed, the scene has jumped, as when the gallbladder slips:
-        then what was believed counts for less.
+        Evidence far from the estimate means that the scene has jumped, as when the gallbladder
+        slips. Then the earlier estimate counts for less.
         """
         if self._looked and self._surprise(pictures, shown) > ELSEWHERE:
             self._P += JUMP_S * self._prior.drift
@@ -78,7 +79,7 @@ class Lines:
         self._P, self._looked = np.linalg.inv(A).astype(float), True
 
     def _surprise(self, pictures: dict[str, Picture], shown: dict[str, Shown]) -> float:
-        """Return the upper quartile of how far off the points in sight are, in their spreads."""
+        """Return the upper quartile of the visible points' errors, in units of their spreads."""
         off = list[float]()
         for name, picture in pictures.items():
             pixels, ahead = picture.project(self.points_m)
@@ -92,7 +93,7 @@ class Lines:
         """Take in that a line passes through a point (3,), across two directions (2, 3).
 
         `at` is the point's place on the line: the lower neighbour's number, and the share of the
-        way to the next.
+        way to the next neighbour.
         """
         off = across @ (point_m - self._at(at))
         self._measure(at, across, off, std_m**2 * np.eye(2))
@@ -100,8 +101,8 @@ class Lines:
     def pin(self, picture: Picture, pixel: Array, at: tuple[int, float], station_m2: float) -> None:
         """Take in that a picture shows a mark of the line in a pixel (2,).
 
-        A smooth line has no mark but this one. `at` is its place, as in `hold`, whose variance
-        along the line is `station_m2`.
+        A smooth line has no other mark. `at` is the mark's place, as in `hold`; its variance along
+        the line is `station_m2`.
         """
         place = self._at(at)[None]
         (now,), _ = picture.project(place)

@@ -1,4 +1,4 @@
-"""The networks as graphs for ONNX Runtime: the same answers, faster than eager."""
+"""Run the networks as graphs for ONNX Runtime: the same outputs, faster than eager."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ TOLD = ("pixels", "log_sigma", "inside", "visible", "log_radius", "dense", "offs
 
 @dataclass(frozen=True, kw_only=True)
 class Shown:
-    """What a network says of one picture; as `network.Seen`, without the batch axis."""
+    """The output of a network for one picture: `network.Seen` without the batch axis."""
 
     pixels: Array
     log_sigma: Array
@@ -50,11 +50,11 @@ class ViewReader:
         }
 
     def __deepcopy__(self, memo: object) -> ViewReader:
-        """Return itself: it has no state, so copies of a perception may share it."""
+        """Return the reader itself: copies of a perception may share it, as it has no state."""
         return self
 
     def __call__(self, view: str, rgb: NDArray[np.uint8]) -> Shown:
-        """Return what a view's picture (height, width, 3) shows."""
+        """Return the network's output for a view's picture (height, width, 3)."""
         feed = np.ascontiguousarray(rgb.transpose(2, 0, 1)[None], np.float32) / np.float32(255.0)
         outputs = map(np.asarray, self._sessions[view].run(None, {"pictures": feed}))
         parts = zip(TOLD, outputs, strict=True)
@@ -62,7 +62,7 @@ class ViewReader:
 
 
 class _Told(nn.Module):
-    """A network whose answer is a tuple, as the exporter wants it."""
+    """A network with a tuple as output, which the exporter requires."""
 
     def __init__(self, network: Network) -> None:
         super().__init__()
@@ -74,7 +74,7 @@ class _Told(nn.Module):
 
 
 def export(network: Network, size: tuple[int, int]) -> bytes:
-    """Export a network to ONNX, for one picture of this width and height at a time."""
+    """Return a network as ONNX, for one picture of this width and height at a time."""
     width, height = size
     buffer, example = io.BytesIO(), torch.zeros(1, 3, height, width)
     with warnings.catch_warnings():  # the newer exporter needs a package more, for the same graph

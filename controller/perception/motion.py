@@ -1,4 +1,4 @@
-"""How much does the tissue move now? From the tools that move it."""
+"""Estimate how much the tissue moves now, from the tools that move the tissue."""
 
 from __future__ import annotations
 
@@ -11,19 +11,19 @@ from tissue_sim.tools.arms import LEFT_ARM
 
 STILL = 0.03  # share of the usual motion while both tips rest
 RESTING_M_S, MOVING_M_S = 0.001, 0.005  # tips' speeds; between them the share rises
-PULLED = 15.0  # the share where the grasper draws what it holds; chosen on tuning patients
+PULLED = 15.0  # the share where the grasper draws held tissue; chosen on tuning patients
 
 
 def share_of_motion(tips_m: Array, before_m: Array | None, pinch_n: float) -> float:
-    """Return the share of the usual motion with which what is believed of the tissue widens.
+    """Return the share of the usual motion with which the tissue's estimate widens.
 
     The usual motion is a mean over whole procedures. The grasper draws tissue much further: with
-    the usual share, tubes that it had drawn straight were seen slack for seconds.
+    the usual share, tubes that the grasper had drawn straight were estimated slack for seconds.
 
     Args:
-        tips_m: (2, 3) of the left and the right tool, now.
-        before_m: the same a control step before; None at first.
-        pinch_n: how hard the grasper's jaws press on what is between them.
+        tips_m: (2, 3) present tips of the left and the right tool.
+        before_m: (2, 3) tips one control step before; None at first.
+        pinch_n: Force with which the grasper's jaws press on the tissue between them.
     """
     if before_m is None:
         return 1.0

@@ -1,8 +1,8 @@
-"""What a picture shows: a small U-Net, one for each view.
+"""Define the network that finds structures in a picture: a small U-Net, one for each view.
 
 Points of the lines (tubes with both ends, gallbladder, structures at risk) have a heatmap each.
-Clips and ends of cuts, which come in any number, share a map of evidence each, whose cells also say
-how far away the next one is.
+Clips and ends of cuts come in any number. All clips share a map of evidence, and so do all ends.
+The cells of these maps also give the distance of the next clip or end.
 """
 
 from __future__ import annotations
@@ -33,18 +33,18 @@ class NetworkConfig:
 
 @dataclass(frozen=True)
 class Seen:
-    """What a network says of pictures (b, 3, height, width).
+    """The output of a network for pictures (b, 3, height, width).
 
     Attributes:
-        heat: (b, `N_LINE`, h, w) logarithm of where each point may be, not normalised.
+        heat: (b, `N_LINE`, h, w) log probability of each point's place, not normalised.
         pixels: (b, `N_LINE`, 2) mean column and row of the heatmaps.
         log_sigma: (b, `N_LINE`) logarithm of the expected distance from the true pixel, pixels.
         inside: (b, `N_LINE`) logit that the picture's frame holds the point.
         visible: (b, `N_LINE`) logit that nothing hides it.
-        log_radius: (b, `N_LINE`) logarithm of how wide the structure's radius appears, pixels.
+        log_radius: (b, `N_LINE`) logarithm of the structure's apparent radius, pixels.
         dense: (b, 2, h, w) logits of `DENSE`.
-        offset: (b, 2, 2, h, w) column and row of the nearest of each from a cell's middle, pixels;
-            it means something near one.
+        offset: (b, 2, 2, h, w) column and row of the nearest clip and end from a cell's middle,
+            pixels. The offset is valid near a clip or an end only.
         flags: (b, 3) logits of `FLAGS`.
     """
 
@@ -91,7 +91,7 @@ class Network(nn.Module):
         self.flags = nn.Sequential(nn.Linear(2 * e, 64), nn.ReLU(), nn.Linear(64, len(FLAGS)))
 
     def forward(self, pictures: Tensor) -> Seen:
-        """Return what pictures (b, 3, height, width), 0 to 1, show."""
+        """Return the network's output for pictures (b, 3, height, width), 0 to 1."""
         levels = [(pictures - 0.4) / 0.25]
         for down in self.down:
             levels.append(down(levels[-1]))
@@ -119,7 +119,7 @@ class Network(nn.Module):
         )
 
     def _about(self, share: Tensor, features: Tensor, whole: Tensor) -> Tensor:
-        """Return four numbers (b, `N_LINE`, 4) a point, from the features where it is."""
+        """Return four numbers per point (b, `N_LINE`, 4), from the features at the point."""
         there = share @ features.flatten(2).transpose(1, 2)
         n = len(there)
         parts = (there, whole[:, None].expand(n, N_LINE, -1), self.who.expand(n, -1, -1))

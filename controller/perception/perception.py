@@ -1,4 +1,4 @@
-"""From what a robot with cameras has in each control step to what everybody who acts is told."""
+"""Compute the observation, the input of all policies, from a robot's cameras and encoders."""
 
 from __future__ import annotations
 
@@ -30,12 +30,12 @@ from tissue_sim.sensing.observation import (
 from tissue_sim.sensing.pictures.glance import Glance, Picture
 from tissue_sim.sensing.rest_length import RestLengths
 
-BIAS_M = 3e-4  # measured on tuning patients: what all looks have in common
+BIAS_M = 3e-4  # measured on tuning patients: the common error of all looks
 _ENDS = np.cumsum(list(POINTS.values()))[:-1]
 
 
 class Perception:
-    """Perceives one patient: call `see` once in each control step."""
+    """Perceives one patient; `estimate` must be called once in each control step."""
 
     def __init__(self, viewer: ViewReader, prior: Prior) -> None:
         self._viewer = viewer
@@ -48,11 +48,11 @@ class Perception:
 
     @property
     def aim_m(self) -> Array:
-        """The point (3,) at which the endoscope's crop should look: the middle of the tubes."""
+        """Return the point (3,) at which the endoscope's crop should look: the tubes' middle."""
         return self._lines.points_m[: 2 * TUBE_POINTS].mean(axis=0)
 
     def estimate(self, glance: Glance) -> Observation:
-        """Return what is perceived now."""
+        """Return the present observation."""
         tips_m = glance.tips_endoscope[:, :3, 3]
         self._lines.wait(CONTROL_PERIOD_S, share_of_motion(tips_m, self._tips_m, glance.pinch_n))
         self._tips_m = tips_m.copy()
@@ -134,7 +134,7 @@ def load_perception(checkpoint: str | Path | None = None) -> Perception:
     """Return the perception of a checkpoint, by default the one that comes with Calot.
 
     Raises:
-        CheckpointError: there is no checkpoint, or it does not fit.
+        CheckpointError: There is no checkpoint, or the checkpoint does not fit.
     """
     return Perception(*_loaded(CHECKPOINTS.chosen(checkpoint)))
 

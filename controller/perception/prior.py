@@ -1,6 +1,7 @@
-"""Where the points of the lines lie in patients at large, and how they move.
+"""Define the prior of the places of the lines' points in the population, and of their motions.
 
-It is what perception believes before it sees: places vary smoothly along a line, and so do motions.
+Perception starts from this prior before the first picture. Places vary smoothly along a line, and
+so do motions.
 """
 
 from __future__ import annotations
@@ -26,7 +27,7 @@ class Prior:
     """Normal distributions of the points (`N_LINE`, 3), flattened to 3 `N_LINE`; metres.
 
     Attributes:
-        mean: (3 N).
+        mean: (3 N) mean places.
         spread: (3 N, 3 N) covariance over patients and moments.
         drift: (3 N, 3 N) covariance of the motion in a second.
         radius_m: (2,) outer radii of the tubes on average.
@@ -64,6 +65,6 @@ def fit_prior(files: Sequence[Path]) -> Prior:
 
 
 def _limited(motions: Array) -> Array:
-    """Shorten the largest motions: frames that follow a tool exchange are far apart in time."""
+    """Return motions with the largest shortened: a tool exchange sets frames far apart in time."""
     size = np.linalg.norm(motions, axis=1, keepdims=True)
     return motions * np.minimum(1.0, np.quantile(size, QUICK) / np.maximum(size, 1e-12))

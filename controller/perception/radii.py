@@ -1,4 +1,4 @@
-"""How thick are the tubes and the gallbladder? From how wide they appear, and how far they are."""
+"""Estimate radii of tubes and gallbladder, from their apparent widths and their distances."""
 
 from __future__ import annotations
 
@@ -14,11 +14,11 @@ from tissue_sim.sensing.pictures.glance import Picture
 
 SPREAD = 0.3  # of the patients' radii, a share; measured
 ONE_LOOK = 0.15  # assumed: standard deviation of one look at one point, a share
-LEAST = 0.02  # it is never known better, a share: radii change as tissue is pulled
+LEAST = 0.02  # least standard deviation, a share: radii change as tissue is pulled
 
 
 class Radii:
-    """The logarithms of the radii of both tubes, and of the gallbladder at its points."""
+    """Estimates the logarithms of the radii of both tubes, and of the gallbladder at its points."""
 
     def __init__(self, prior: Prior) -> None:
         self._log_m = np.log(np.concatenate([prior.radius_m, prior.sac_radius_m]))
@@ -26,16 +26,16 @@ class Radii:
 
     @property
     def tubes_m(self) -> Array:
-        """Outer radii (2,) of the left and the right tube."""
+        """Return the outer radii (2,) of the left and the right tube."""
         return np.exp(self._log_m[:2])
 
     @property
     def sac_m(self) -> Array:
-        """Outer radii (5,) of the infundibulum at its points."""
+        """Return the outer radii (5,) of the infundibulum at its points."""
         return np.exp(self._log_m[2:])
 
     def look(self, pictures: dict[str, Picture], shown: dict[str, Shown], points_m: Array) -> None:
-        """Take in what the views show; points of the lines (`N_LINE`, 3) are believed here."""
+        """Take in the views' evidence, given the estimated points of the lines (`N_LINE`, 3)."""
         total, weights = np.zeros(len(self._log_m)), np.zeros(len(self._log_m))
         for name, picture in pictures.items():
             view, (_, ahead) = shown[name], picture.project(points_m)
@@ -50,6 +50,6 @@ class Radii:
 
 
 def _by_structure(values: Array) -> Array:
-    """Add up values (`N_LINE`,) of each tube; the gallbladder's points stay apart."""
+    """Return sums of the values (`N_LINE`,) of each tube; the gallbladder's points stay apart."""
     tubes, sac = values[: 2 * TUBE_POINTS], values[2 * TUBE_POINTS : N_WIDE]
     return np.concatenate([tubes.reshape(2, TUBE_POINTS).sum(axis=1), sac])

@@ -1,4 +1,4 @@
-"""How likely is a third tube? What the endoscope's close crop says of it, over time."""
+"""Estimate the probability of a third tube from the endoscope's close crop, over time."""
 
 from __future__ import annotations
 
@@ -7,18 +7,18 @@ import math
 from controller.perception.graph import Shown
 from controller.perception.network import FLAGS
 
-VIEW = "endoscope_left_close"  # the others did not tell patients apart: 20 tuning patients
+VIEW = "endoscope_left_close"  # other views did not tell patients apart: 20 tuning patients
 SHARE = 0.1  # of patients who have one: 29 of 300 (seeds 10700 to 10999)
 SHARE_TRAINED = 0.0220  # of the frames of the shipped perception's last training: 1,176 of 53,360
 # Looks that count: about 3 s. The gallbladder hides the tubes' upper ends until it is grabbed. Of
-# 172 tuning patients (seeds 12000 to 13145) who came to a first clip, the last looks told
+# 172 tuning patients (seeds 12000 to 13145) who came to a first clip, the last looks classified
 # 63 of 67 third tubes and 104 of 105 others; all looks since the beginning 63 and 102.
 LOOKS = 8
 _FLAG = FLAGS.index("third tube")
 
 
 class ThirdTube:
-    """Takes the view's logit beyond that of its training's frames as evidence.
+    """Takes the view's logit beyond the logit of its training's frames as evidence.
 
     Looks of one patient err alike, so the mean of the last ones counts, not their sum.
     """
@@ -27,7 +27,7 @@ class ThirdTube:
         self._beyond, self._looks = 0.0, 0
 
     def look(self, shown: dict[str, Shown]) -> None:
-        """Take in one look; one without the view tells nothing."""
+        """Take in one look; a look without the view gives no evidence."""
         if VIEW not in shown:
             return
         self._looks = min(self._looks + 1, LOOKS)
@@ -36,7 +36,7 @@ class ThirdTube:
 
     @property
     def chance(self) -> float:
-        """The probability of a third tube, 0 to 1."""
+        """Return the probability of a third tube, 0 to 1."""
         return 1.0 / (1.0 + math.exp(-_logit(SHARE) - self._beyond))
 
 

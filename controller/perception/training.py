@@ -1,4 +1,4 @@
-"""Training of a view's network; it resumes exactly."""
+"""Train a view's network; a stopped training resumes exactly."""
 
 from __future__ import annotations
 
@@ -27,13 +27,13 @@ VIEWS = ("endoscope_left", "endoscope_left_close", "wrist_left_tip", "wrist_righ
 WEIGHTS_FILE, CHECKPOINT_FILE = "view.pt", "perception.safetensors"
 HEAT_PX = 4.0  # standard deviation of a heatmap's target
 DENSE_PX = 3.0  # of the evidence's targets
-NEXT_PX = 6.0  # how far from a clip or an end a cell is to say where it is
+NEXT_PX = 6.0  # distance from a clip or an end within which a cell should give its place
 FOUND = 8.0  # weight of a cell that shows a clip or an end: they are few
 
 
 @dataclass(frozen=True, kw_only=True)
 class PerceptionTraining(Schedule):
-    """How a view's network is trained."""
+    """The settings of the training of a view's network."""
 
     network: NetworkConfig = field(default_factory=NetworkConfig)
     steps: int = 12_000
@@ -64,7 +64,7 @@ def fine_tuning(
     """Return the configuration for fine-tuning a checkpoint, and the checkpoint's perception.
 
     Raises:
-        CheckpointError: as `Checkpoints.load` does.
+        CheckpointError: As in `Checkpoints.load`.
     """
     model = CHECKPOINTS.load(base)
     return replace(fine_tuning_schedule(base, config), network=model.config.network), model
@@ -83,7 +83,7 @@ def train_view(
     A new training starts from the view's network of `base`, if given.
 
     Raises:
-        ValueError: `out` holds another training; nothing is changed. Else as in `read_frames`.
+        ValueError: `out` holds another training, and nothing is changed. Else as in `read_frames`.
     """
     torch.manual_seed(config.seed)
     chance = torch.Generator(device).manual_seed(config.seed)
@@ -113,8 +113,8 @@ def join_views(
 ) -> Path:
     """Write the checkpoint of all trained views and of the prior; return its path.
 
-    The prior is fitted to the files, but a fine-tuned perception keeps its own: few patients more
-    would make one that is too sure.
+    The prior is fitted to the files, but a fine-tuned perception keeps its own prior. A prior
+    fitted to few further patients would be too certain.
     """
     sizes = {view: read_frames(files[:1], view).rgb.shape[2:0:-1] for view in VIEWS}
     perception = PerceptionConfig(
@@ -141,7 +141,7 @@ def _loss(
 
 
 def loss(seen: Seen, frames: Frames) -> Tensor:
-    """Return the loss of a network's answer to frames with these labels."""
+    """Return the loss of a network's output for frames with these labels."""
     pixels, (height, width) = frames.pixels, frames.rgb.shape[1:3]
     size = torch.tensor([width, height], device=pixels.device)
     framed = frames.there & ((pixels > 0) & (pixels < size)).all(-1)
@@ -165,13 +165,13 @@ def loss(seen: Seen, frames: Frames) -> Tensor:
 
 
 def _radius_loss(log_radius: Tensor, radius: Tensor, weight: Tensor) -> Tensor:
-    """Return the loss of how wide tubes and gallbladder appear, where the frame has them."""
+    """Return the loss of the apparent radii of tubes and gallbladder, where the frame has them."""
     each = F.smooth_l1_loss(log_radius, radius.log(), reduction="none", beta=0.1)
     return (weight * each).sum() / weight.sum().clamp(min=1.0)
 
 
 def _target(maps: Tensor, pixels: Tensor) -> Tensor:
-    """Return a normal distribution (b, n, h * w) about each pixel."""
+    """Return a normal distribution (b, n, h * w) around each pixel."""
     spread = _bump(maps, pixels, HEAT_PX).flatten(2)
     return spread / (spread.sum(-1, keepdim=True) + 1e-6)
 
@@ -195,7 +195,7 @@ def _dense_loss(dense: Tensor, pixels: Tensor, shown: Tensor) -> Tensor:
 
 
 def _offset_loss(offset: Tensor, pixels: Tensor, shown: Tensor) -> Tensor:
-    """Return the loss of where cells near a clip or a cut end say that the nearest one is."""
+    """Return the loss of the offsets from cells near a clip or a cut end to the nearest one."""
     cells = torch.stack(torch.meshgrid(*_axes(offset), indexing="xy"))  # (2, h, w)
     total = offset.new_zeros(())
     for k, group in enumerate(GROUPS):

@@ -1,4 +1,4 @@
-"""Checkpoints of the policy from pixels; none comes with Calot."""
+"""Define the checkpoints of the policy from pixels, of which none comes with Calot."""
 
 from __future__ import annotations
 

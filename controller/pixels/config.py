@@ -1,4 +1,4 @@
-"""The configuration of a policy from pixels; it is saved in the checkpoint."""
+"""Define the configuration of a policy from pixels, which is saved in the checkpoint."""
 
 from __future__ import annotations
 
@@ -17,17 +17,18 @@ CHUNKS = PolicyConfig(history=(0,), play=8, max_delay=0)
 
 @dataclass(frozen=True, kw_only=True)
 class PixelConfig:
-    """Cameras and shapes.
+    """Cameras and shapes of a policy.
 
     Attributes:
-        cameras: whose pictures it sees.
-        shrink: pixels of a picture that become one, each way.
-        widths: channels of the convolutions.
-        chunks: of the diffusion; it sees the present frame only, when a chunk begins.
+        cameras: Cameras whose pictures the policy observes.
+        shrink: Number of pixels of a picture that become one pixel, along each axis.
+        widths: Channels of the convolutions.
+        chunks: Configuration of the diffusion. The policy observes the present frame only, when a
+            chunk begins.
 
     Raises:
-        ValueError: there is no camera, pictures cannot be shrunk so, or frames of the past are
-            asked for.
+        ValueError: There is no camera, pictures cannot be shrunk so, or frames of the past are
+            requested.
     """
 
     cameras: tuple[str, ...] = CAMERAS

@@ -1,4 +1,4 @@
-"""The policy from pixels as a controller: pictures, encoders and words are its only input."""
+"""Run the policy from pixels as a controller, whose only input is pictures, encoders and words."""
 
 from __future__ import annotations
 
@@ -21,9 +21,9 @@ _loaded = kept(CHECKPOINTS.load)
 
 
 class ControllerPixels:
-    """Plays the first motions of each chunk, then looks again.
+    """Plays the first motions of each chunk, then observes again.
 
-    Nothing that is perceived in the pictures, and no rule on it, has a part in the chunks.
+    Neither perceived points nor rules on them influence the chunks.
     """
 
     def __init__(self, policy: PixelPolicy, seed: int = 0) -> None:
@@ -32,7 +32,7 @@ class ControllerPixels:
         self.reset()
 
     def reset(self) -> None:
-        """Forget the motions before, and what is left of the chunk."""
+        """Forget the earlier motions and the rest of the chunk."""
         self._rows: Array | None = None
         self._asked_s = 0.0
 
@@ -53,7 +53,7 @@ class ControllerPixels:
         return tuple(motion_of(row) for row in motions)
 
     def _played(self, observation: Observation) -> Array:
-        """Return the motions before (n, 20), without those of the last chunk that were dropped."""
+        """Return the earlier motions (n, 20), without dropped motions of the last chunk."""
         if self._rows is None:
             return hold(observation.joints[:, 6]).vector()[None]
         n = round((observation.time_s - self._asked_s) / CONTROL_PERIOD_S)
@@ -69,8 +69,8 @@ def make(setup: PolicySetup) -> ControllerPixels:
     """Return the controller of the checkpoint in its setup.
 
     Raises:
-        CheckpointError: there is none, or it does not fit.
-        ValueError: a camera is missing.
+        CheckpointError: There is no checkpoint, or the checkpoint does not fit.
+        ValueError: A camera is missing.
     """
     policy = _loaded(CHECKPOINTS.chosen(setup.checkpoint))
     setup.require_cameras("pixels", policy.pixels.cameras)

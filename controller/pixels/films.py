@@ -1,4 +1,4 @@
-"""A dataset with pictures as training data of the policy from pixels."""
+"""Convert a dataset with pictures to training data of the policy from pixels."""
 
 from __future__ import annotations
 
@@ -18,11 +18,11 @@ from controller.pixels.config import PixelConfig
 
 @dataclass(frozen=True, kw_only=True)
 class Film:
-    """A demonstration and what was filmed of it.
+    """A demonstration and its pictures.
 
     Attributes:
-        demonstration: n control steps.
-        pictures: (n, cameras, height, width, 3) before each motion, shrunk.
+        demonstration: The demonstration, n control steps.
+        pictures: (n, cameras, height, width, 3) pictures before each motion, shrunk.
     """
 
     demonstration: DemonstrationArrays
@@ -33,7 +33,7 @@ def films(roots: Iterable[Path], config: PixelConfig, choice: Choice = ALL) -> l
     """Return the chosen episodes of datasets with pictures.
 
     Raises:
-        ValueError: as `read_filmed` does.
+        ValueError: As in `read_filmed`.
     """
     cameras, shrink = config.cameras, config.shrunk
     read = (e for root in roots for e in read_filmed(root, COLUMNS, cameras, shrink, choice))

@@ -1,4 +1,4 @@
-"""Where things are in pictures: a small convolutional network for each camera."""
+"""Encode the places of features in pictures, by a small convolutional network for each camera."""
 
 from __future__ import annotations
 
@@ -9,10 +9,10 @@ from torch import Tensor, nn
 
 
 class CameraEncoder(nn.Module):
-    """Where in a picture each of its channels is found, and how clearly.
+    """Encodes the place of each channel's feature in a picture, and its clarity.
 
-    The spatial softmax of Levine et al., "End-to-end training of deep visuomotor policies"
-    (arXiv 1504.00702), with each channel's greatest value beside it.
+    The encoder is the spatial softmax of Levine et al., "End-to-end training of deep visuomotor
+    policies" (arXiv 1504.00702), with each channel's greatest value beside it.
     """
 
     def __init__(self, widths: Sequence[int]) -> None:
@@ -27,7 +27,7 @@ class CameraEncoder(nn.Module):
         """Return (B, 3 d): columns and rows, -1 to 1, and greatest values of d channels.
 
         Args:
-            pictures: (B, 3, height, width), 0 to 1.
+            pictures: (B, 3, height, width) pictures, 0 to 1.
         """
         maps = self.layers((pictures - 0.4) / 0.25).float()
         share = maps.flatten(2).softmax(-1)
@@ -45,7 +45,7 @@ class PictureEncoder(nn.Module):
         self.size = n_cameras * 3 * widths[-1]
 
     def forward(self, pictures: Tensor) -> Tensor:
-        """Return what is found (B, size) in pictures (B, cameras, 3, height, width), 0 to 1."""
+        """Return the codes (B, size) of pictures (B, cameras, 3, height, width), 0 to 1."""
         return torch.cat([encode(pictures[:, k]) for k, encode in enumerate(self.each)], dim=1)
 
 

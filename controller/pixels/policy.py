@@ -1,4 +1,4 @@
-"""The policy from pixels: chunks from pictures, encoders and words."""
+"""Define the policy from pixels, which samples chunks from pictures, encoders and words."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from tissue_sim.sensing.observation import VECTOR_SIZE, fields
 
 
 class PixelPolicy(ChunkDiffusion):
-    """Samples chunks from pictures, from what encoders and motor currents tell, and from words."""
+    """Samples chunks from pictures, encoders, motor currents and words."""
 
     def __init__(self, config: PixelConfig) -> None:
         n_tools = of_tools(torch.zeros(1, VECTOR_SIZE), torch.zeros(1, 2)).shape[1]
@@ -25,9 +25,9 @@ class PixelPolicy(ChunkDiffusion):
         """Return the features (B, n).
 
         Args:
-            pictures: (B, cameras, height, width, 3) uint8.
-            state: (B, `VECTOR_SIZE`) the observation; only what needs no camera is read.
-            jaw_rad: (B, 2) last commanded.
+            pictures: (B, cameras, height, width, 3) pictures, uint8.
+            state: (B, `VECTOR_SIZE`) observations; only the parts without cameras are read.
+            jaw_rad: (B, 2) jaws last commanded.
         """
         seen = self.pictures(pictures.permute(0, 1, 4, 2, 3).float() / 255.0)
         return torch.cat([of_tools(state, jaw_rad), seen], dim=1)

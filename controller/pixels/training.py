@@ -1,6 +1,7 @@
-"""Training of the policy from pixels; it resumes exactly.
+"""Train the policy from pixels; a stopped training resumes exactly.
 
-As the diffusion controller's, without its displaced tools: a picture would not show them displaced.
+The training is that of the diffusion controller, but without displaced tools: a picture would not
+show the displacement.
 """
 
 from __future__ import annotations
@@ -34,10 +35,10 @@ SHIFT_PX = 4  # the most by which pictures are shifted (Yarats et al., arXiv 200
 
 @dataclass(frozen=True, kw_only=True)
 class PixelTraining(Schedule):
-    """How a policy is trained.
+    """The settings of a policy's training.
 
     Attributes:
-        noises: noisy chunks a window; pictures cost much more.
+        noises: Noisy chunks per window; pictures cost much more.
     """
 
     policy: PixelConfig = field(default_factory=PixelConfig)
@@ -70,7 +71,7 @@ def fine_tuning(config: PixelTraining, base: Path) -> tuple[PixelTraining, Pixel
     """Return the configuration for fine-tuning a checkpoint, and the checkpoint's policy.
 
     Raises:
-        CheckpointError: as `Checkpoints.load` does.
+        CheckpointError: As in `Checkpoints.load`.
     """
     policy = CHECKPOINTS.load(base)
     return replace(fine_tuning_schedule(base, config), policy=policy.pixels), policy
@@ -88,8 +89,8 @@ def train(
     A new training starts from `base`, if given, and keeps its normalisation.
 
     Raises:
-        ValueError: there is no motion to imitate, or `out` holds the training of another
-            configuration or on other demonstrations; nothing is changed.
+        ValueError: There is no motion to imitate, or `out` holds the training of another
+            configuration or on other demonstrations. Nothing is changed.
     """
     torch.manual_seed(config.seed)
     chance = torch.Generator(device).manual_seed(config.seed)
@@ -116,7 +117,7 @@ class FilmData:
     """All windows, the pictures of all frames, and the sentences' embeddings.
 
     Attributes:
-        digest: of all training data, in hex.
+        digest: Digest of all training data, in hex.
     """
 
     def __init__(self, films: Sequence[Film], config: PolicyConfig, device: str) -> None:
@@ -143,7 +144,7 @@ def _digest(windows: Windows, pictures: Sequence[NDArray[np.uint8]]) -> str:
 
 
 def _normalise(policy: PixelPolicy, data: FilmData, which: Tensor) -> None:
-    """Set the normalisation; what is found in pictures keeps its own, of order one."""
+    """Set the normalisation; codes of pictures, of order one, keep their own."""
     seen = data.windows.batch(which, torch.zeros_like(which))
     tools = of_tools(seen.history[:, 0], seen.jaw_rad)
     policy.normalise_by(F.pad(tools, (0, policy.pictures.size)), seen)
@@ -167,7 +168,7 @@ def _loss(
 def shifted(pictures: Tensor, chance: torch.Generator) -> Tensor:
     """Return pictures (B, cameras, height, width, 3), each window's shifted by some pixels.
 
-    What comes in at an edge repeats it.
+    Pixels that come in at an edge repeat the edge.
     """
     B, _, height, width, _ = pictures.shape
     rows, columns = (torch.arange(n, device=pictures.device) for n in (height, width))

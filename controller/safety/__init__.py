@@ -1,1 +1,1 @@
-"""Which motion nearest to the wanted one keeps every limit of the robot and the anatomy?"""
+"""Which motion nearest to the wanted motion keeps every limit of the robot and the anatomy?"""

@@ -1,4 +1,4 @@
-"""The effect of a control step's motion on both arms: all that limits need, in one CasADi call."""
+"""Compute a motion's effect on both arms, as all limits need it, in one CasADi call."""
 
 from __future__ import annotations
 
@@ -28,16 +28,18 @@ _PARTS = tuple((slice(a, b), s) for a, b, s in zip([0, *_ENDS], _ENDS, _SHAPES, 
 
 @dataclass(frozen=True, kw_only=True)
 class ArmMotion:
-    """How both arms move, world frame. A motion (14,) changes their joints, the left arm's first.
+    """The motion of both arms, world frame.
+
+    A motion (14,) changes the arms' joints, the left arm's first.
 
     Attributes:
-        rates: how points on the arms move.
+        rates: The motion of points on the arms, from joint rates.
         tip_jacobian: (2, 3, 7) from joint rates, jaw included, to the tip's velocity.
-        tip_rows: (6, 14) from a motion to how far each tip moves along or against the motion asked
-            for, and in two directions square to it.
-        weight: (14, 14) of a motion's squared changes, by their effect on the tools; positive
-            definite.
-        outer_gap_m: gap between the shafts outside the body.
+        tip_rows: (6, 14) from a motion to each tip's displacement along or against the requested
+            motion, and in two directions square to it.
+        weight: (14, 14) weight of a motion's squared changes, by their effect on the tools;
+            positive definite.
+        outer_gap_m: Gap between the shafts outside the body.
         outer_parting: (14,) from a motion to the change of that gap.
     """
 
@@ -52,7 +54,7 @@ class ArmMotion:
 def arm_motion(
     joints: Array, motion: Array, instruments: Sequence[Instrument], T_world_rcm: Array
 ) -> ArmMotion:
-    """Evaluate joints (2, 7), a motion (14,) asked for, and remote centres (2, 4, 4)."""
+    """Return the effect of a requested motion (14,) at joints (2, 7); remote centres (2, 4, 4)."""
     entries = _arm_motion(tuple(instruments))(joints.ravel(), T_world_rcm.ravel(), motion)
     twists, tips, rows, weight, gap, parting = (entries[p].reshape(s) for p, s in _PARTS)
     return ArmMotion(
@@ -91,7 +93,8 @@ def _arm_motion(instruments: tuple[Instrument, ...]) -> symbolic.Function:
 def _along_and_aside(move: ca.SX) -> ca.SX:
     """Return orthonormal rows (3, 3): along or against a direction (3,), and two square to it.
 
-    A Householder reflection that maps the first axis to the direction, or to its opposite.
+    The rows are a Householder reflection that maps the first axis to the direction, or to its
+    opposite.
     """
     v = move / ca.sqrt(ca.fmax(ca.sumsqr(move), _TINY**2))
     v[0] += ca.if_else(v[0] >= 0.0, 1.0, -1.0)
@@ -110,8 +113,8 @@ def _outside(
 ) -> tuple[ca.SX, ca.SX]:
     """Return the gap between the shafts outside their ports, and (14,) a motion's change of it.
 
-    Nearest points of two segments (Ericson, "Real-Time Collision Detection", 2005, 5.1.9), which
-    stay at their place on the shafts to first order.
+    The function uses the nearest points of two segments (Ericson, "Real-Time Collision Detection",
+    2005, 5.1.9). To first order, these points stay at their place on the shafts.
     """
     links = symbolic.patch_poses(joints, T_world_rcm, instruments)[SHAFT::N_LINK]
     ports = [T[3, :3].T for T in ca.horzsplit(T_world_rcm, 4)]

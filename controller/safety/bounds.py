@@ -1,4 +1,4 @@
-"""Linear bounds on the motion of one control step: the output of every limit and interlock."""
+"""Define linear bounds on the motion of a control step: the output of each limit and interlock."""
 
 from __future__ import annotations
 
@@ -27,11 +27,12 @@ class Bounds:
     """`lower <= rows @ motion <= upper`, in rad or m, for the motion (14,) of a control step.
 
     Attributes:
-        rows: (n, 14).
-        lower: (n,).
-        upper: (n,).
-        what: a name for each row, for a person to read.
-        gives: (n,) soft rows, which may be broken if they cannot be kept; all others are hard.
+        rows: (n, 14) rows.
+        lower: (n,) lower bounds.
+        upper: (n,) upper bounds.
+        what: A name for each row, for a person to read.
+        gives: (n,) mask of the soft rows, which may be broken if they cannot be kept. All other
+            rows are hard.
     """
 
     rows: Array
@@ -41,13 +42,13 @@ class Bounds:
     gives: NDArray[np.bool_]
 
     def excess(self, motion: Array) -> Array:
-        """Return (n,) by how much a motion breaks each row; negative if it keeps the row."""
+        """Return the excess (n,) of a motion over each row; negative if it keeps the row."""
         values = self.rows @ motion
         return np.maximum(self.lower - values, values - self.upper)
 
 
 class Limit(Protocol):
-    """A limit on the motion; in a situation where it does not apply, it has no rows."""
+    """A limit on the motion; a limit that does not apply in a situation has no rows."""
 
     @property
     def name(self) -> str:
@@ -83,8 +84,8 @@ class AllBounds:
 
     Attributes:
         least: (k, 14) lower bounds on the joints' own motion.
-        most: (k, 14) upper bounds on it.
-        others: all rows that are not on single joints, without names in `what`.
+        most: (k, 14) upper bounds on the joints' own motion.
+        others: All rows that are not on single joints, without names in `what`.
     """
 
     def __init__(self, bounds: Mapping[str, Bounds]) -> None:
@@ -97,7 +98,7 @@ class AllBounds:
         self._named = single | others
 
     def broken(self, motion: Array) -> dict[str, float]:
-        """Return which bounds a motion breaks, and by how much; rad or m."""
+        """Return the bounds that a motion breaks, with the excess; rad or m."""
         single = np.maximum(self.least - motion, motion - self.most)
         excess = np.concatenate([single.ravel(), self.others.excess(motion)])
         rows = (excess > TOLERANCE).nonzero()[0].tolist()
@@ -116,7 +117,7 @@ class AllBounds:
 
 
 def _joined(bounds: Iterable[Bounds]) -> Bounds:
-    """Join all rows, one after the other."""
+    """Return all rows, joined one after the other."""
     bounds = (NO_BOUNDS, *bounds)
     return Bounds(
         rows=np.concatenate([b.rows for b in bounds]),
@@ -128,7 +129,7 @@ def _joined(bounds: Iterable[Bounds]) -> Bounds:
 
 
 def of_arm(arm: int, rows: Array) -> Array:
-    """Extend rows (n, 7) of one arm to (n, 14)."""
+    """Return rows (n, 7) of one arm, extended to (n, 14)."""
     both = np.zeros((len(rows), N_MOTION))
     both[:, 7 * arm : 7 * arm + 7] = rows
     return both
@@ -137,6 +138,6 @@ def of_arm(arm: int, rows: Array) -> Array:
 def approach_share(step_s: float, time_constant_s: float) -> float:
     """Return the share of the room to a limit that one step may use up.
 
-    1 - exp(-h / tau): the room shrinks as exp(-t / tau) for any length of the step.
+    The share is 1 - exp(-h / tau): the room shrinks as exp(-t / tau) for any length of the step.
     """
     return -expm1(-step_s / time_constant_s)

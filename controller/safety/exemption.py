@@ -1,4 +1,4 @@
-"""What an instrument must not touch, and what it may touch because it works on it."""
+"""Decide which obstacles an instrument must not touch, and which it may touch to work on them."""
 
 from __future__ import annotations
 
@@ -18,16 +18,16 @@ from tissue_sim.sensing.observation import Observation
 from tissue_sim.tools.arms import LEFT_ARM, RIGHT_ARM
 
 ARMS = (LEFT_ARM, RIGHT_ARM)
-HOLDS_N = 0.1  # pinch from which the grasper holds something; assumed
+HOLDS_N = 0.1  # pinch from which the grasper holds tissue; assumed
 FIRM = frozenset({LIVER, PORT_WALL, OTHER_ARM})
 WorkedOn = tuple[frozenset[str], frozenset[str]]  # tubes that the left and the right jaws may touch
 
 
 def worked_on(task: Task, seen: Observation) -> WorkedOn:
-    """Return what the jaws work on: the right ones on the task's tube.
+    """Return the tubes that the jaws work on: the right jaws work on the task's tube.
 
-    The left ones work on all tubes while they grab or hold the gallbladder: the tubes are attached
-    to it and move with it.
+    The left jaws work on all tubes while they grab or hold the gallbladder. The tubes are attached
+    to the gallbladder and move with it.
     """
     grasps = task.kind == "grab" or seen.pinch_n > HOLDS_N
     meant = {structure_seen(task.tube, seen)} if task.tube else set[str]()
@@ -44,7 +44,7 @@ def must_not_meet(arm: int, link: int, obstacle: str, worked_on: WorkedOn) -> bo
 
 
 def kept_out(near: NearPairs, worked_on: WorkedOn) -> NDArray[np.bool_]:
-    """Return (n,) which near pairs must not touch."""
+    """Return the mask (n,) of near pairs that must not touch."""
     return _rules(near.names, worked_on)[near.arm, near.link, near.what]
 
 

@@ -1,8 +1,9 @@
-"""The safety filter: the nearest command to the one asked for that keeps every limit and interlock.
+"""Filter commands: find the command nearest to the request that keeps each limit and interlock.
 
-It acts between policy and robot. A command that keeps all bounds passes unchanged. Otherwise a
-quadratic program finds the nearest motion that keeps them (Ames et al., "Control barrier functions:
-theory and applications", 2019, in discrete time); if there is none, both arms hold.
+The safety filter acts between policy and robot. A command that keeps all bounds passes unchanged.
+Otherwise a quadratic program finds the nearest motion that keeps the bounds. If no motion keeps
+them, both arms hold. The source is Ames et al., "Control barrier functions: theory and
+applications", 2019, in discrete time.
 """
 
 from __future__ import annotations
@@ -37,11 +38,11 @@ class Allowed:
     """A command that may be carried out.
 
     Attributes:
-        joints: (2, 7).
-        entry: for the ledger; None if nothing was altered or overridden, or only a jaw within the
-            dead band.
-        clearance_m: smallest distance of pairs that must not touch; infinite if nothing is near.
-        standstill: an arm stood so long, though asked to move, that a person is needed.
+        joints: (2, 7) commanded joints.
+        entry: Entry for the ledger. None if nothing was altered or overridden, or only a jaw within
+            the dead band.
+        clearance_m: Smallest distance of pairs that must not touch; infinite if nothing is near.
+        standstill: Whether an arm with commands to move stood so long that a person is needed.
     """
 
     joints: Array
@@ -52,12 +53,12 @@ class Allowed:
 
 @dataclass(frozen=True, kw_only=True)
 class _Kept:
-    """What is left of a motion.
+    """The allowed part of a motion.
 
     Attributes:
-        motion: (14,).
-        broken: by how much the motion that was asked for breaks each limit, by its name.
-        overridden: names of the interlocks that it breaks and a person set aside.
+        motion: (14,) the allowed motion.
+        broken: Excess of the requested motion over each broken limit, by the limit's name.
+        overridden: Names of the interlocks that the motion breaks and a person set aside.
     """
 
     motion: Array
@@ -85,14 +86,14 @@ class SafetyFilter:
         self.restart()
 
     def restart(self) -> None:
-        """Forget the rate and who stood: the arms are at rest, an episode or a tool is new."""
+        """Forget the rate and all standstills: the arms rest, and an episode or a tool is new."""
         self.rate: Array = np.zeros((2, 7))
         self._way_out = WayOut(self._control_step_s)
 
     def allow(
         self, start: Array, asked: Array, instruction: Instruction, seen: Observation
     ) -> Allowed:
-        """Return the allowed command when joints (2, 7) are asked for and `start` was the last one.
+        """Return the allowed command for requested joints (2, 7) after the last command `start`.
 
         Raises:
             ValueError: `asked` is not (2, 7).
@@ -147,14 +148,14 @@ class SafetyFilter:
 
 
 def _is_a_persons(instruction: Instruction) -> bool:
-    """Return whether a person lets the arms hold or moves one: then none backs off by itself."""
+    """Return whether a person lets the arms hold or moves one; then no arm backs off by itself."""
     if instruction.source == "human":
         return instruction.hold or instruction.correction is not None
     return instruction.hold and bool(instruction.forbidden)
 
 
 def _refused(start: Array, time_s: float) -> Allowed:
-    """Return the answer to a command that is no joints: both arms hold."""
+    """Return the answer to a command that has no valid joints: both arms hold."""
     entry = Entry(time_s=time_s, limits=(f"command: not finite, or over {FAR:g}",), held=True)
     return Allowed(joints=start, entry=entry, clearance_m=np.inf)
 
@@ -178,14 +179,14 @@ def _entry(situation: Situation, kept: _Kept, time_s: float) -> Entry | None:
 
 
 def _is_no_event(situation: Situation, broken: dict[str, float]) -> bool:
-    """Return whether at most a jaw, which had no task, was kept from closing a little."""
+    """Return whether the filter altered at most a little closing of a jaw without a task."""
     jaws = all(name.partition(":")[0] in JAW_LOCKS for name in broken)
     idle = not situation.instruction.task.is_deed
     return jaws and (not broken or (idle and max(broken.values()) < JAW_DEAD_BAND_RAD))
 
 
 def _tips_m(tip_jacobian: Array, motion: Array) -> Array:
-    """Return how far (2, 3) a motion (14,) moves the tips."""
+    """Return the displacement (2, 3) of the tips by a motion (14,)."""
     return (tip_jacobian @ motion.reshape(2, 7, 1))[..., 0]
 
 

@@ -1,4 +1,4 @@
-"""What the safety filter is told: the commanded arms, the observation, and what is registered."""
+"""Build the safety filter's input from the commanded arms, the observation and a registration."""
 
 from __future__ import annotations
 
@@ -29,12 +29,12 @@ ARMS = (LEFT_ARM, RIGHT_ARM)
 
 @dataclass(frozen=True, kw_only=True)
 class Registration:
-    """What is measured once, before the operation.
+    """The measurements that are made once, before the operation.
 
     Attributes:
-        rigid: surfaces of the liver and of the wall about the ports.
-        T_world_rcm: (2, 4, 4) the remote centres.
-        step_s: length of a control step.
+        rigid: Surfaces of the liver and of the wall around the ports.
+        T_world_rcm: (2, 4, 4) poses of the remote centres.
+        step_s: Length of a control step.
     """
 
     rigid: RigidSurroundings
@@ -52,7 +52,7 @@ def registration_of(world: World) -> Registration:
 
 
 class FilterSense:
-    """Puts together the filter's situation of one patient, from observations alone."""
+    """Builds the filter's situation of one patient, from observations alone."""
 
     def __init__(self, registration: Registration) -> None:
         self._registration, self._obstacles = registration, ObstaclesSeen()
@@ -62,7 +62,7 @@ class FilterSense:
     def build(
         self, start: Array, rate: Array, asked: Array, instruction: Instruction, seen: Observation
     ) -> Situation:
-        """Return the situation when joints (2, 7) are asked for and `start` was commanded."""
+        """Return the situation for requested joints (2, 7) after the command `start`."""
         instruments = INSTRUMENTS[seen.tools[LEFT_ARM]], INSTRUMENTS[seen.tools[RIGHT_ARM]]
         self._surroundings: Surroundings = self._obstacles.follow(seen)
         near = self._model.near(start, instruments, self._surroundings)

@@ -1,9 +1,10 @@
-"""How much of a straight joint motion is free of collision, at any speed.
+"""Compute the share of a straight joint motion that is free of collision, at any speed.
 
-Conservative advancement (Mirtich, "Impulse-based dynamic simulation of rigid body systems", 1996):
-step no farther than the present distances allow. If obstacle and link are convex, the link stays
-on its side of a plane between them as long as no corner of it reaches the plane, so that a link may
-slide along what it almost touches; otherwise the way that every point goes is bounded.
+The method is conservative advancement (Mirtich, "Impulse-based dynamic simulation of rigid body
+systems", 1996): step no farther than the present distances allow. If obstacle and link are convex,
+the link stays on its side of a plane between them until one of its corners reaches the plane. So a
+link may slide along an obstacle that it almost touches. Otherwise the way of every point is
+bounded.
 """
 
 from __future__ import annotations
@@ -23,7 +24,7 @@ from tissue_sim.tools.instruments import Instrument
 FAR_M = 1.0  # a room that no motion uses up
 LITTLE = 1e-3  # of the remaining motion: too little for another look
 
-Floor = Callable[[NearPairs], Array]  # (n,) how near each pair may come, m
+Floor = Callable[[NearPairs], Array]  # (n,) smallest allowed distance of each pair, m
 
 
 def free_share(
@@ -44,15 +45,15 @@ def free_share(
     are convex.
 
     Args:
-        model: of the patient and both arms.
-        start: (2, 7) joints.
-        end: (2, 7) joints.
-        instruments: on the left and right arm.
-        surroundings: where the obstacles are.
-        floor_m: how near each pair may come; minus infinity for a pair that does not matter.
-        highest_m: the highest of the floors.
-        near: the model's near pairs at the start, if known already.
-        most_looks: after this many looks the rest of the motion counts as not free.
+        model: The collision model of the patient and both arms.
+        start: (2, 7) joints at the start.
+        end: (2, 7) joints at the end.
+        instruments: Instruments on the left and right arm.
+        surroundings: The present places of the obstacles.
+        floor_m: Smallest allowed distance of each pair; minus infinity for an exempt pair.
+        highest_m: The highest of the floors.
+        near: The model's near pairs at the start, if known already.
+        most_looks: Number of looks after which the rest of the motion counts as not free.
     """
     travel, bend = most_motion_m(start, end, instruments)
     if near is not None and _stays_off(near, floor_m, highest_m, travel):
@@ -101,13 +102,13 @@ def _may_meet(room: Array, ways: Array) -> NDArray[np.integer]:
 
 
 def _farthest_m(first: LinkCores, last: LinkCores) -> Array:
-    """Return (8,) how far any point of each link is moved from first to last."""
+    """Return the largest displacement (8,) of any point of each link from first to last."""
     chords = last.corners_m - first.corners_m
     return np.sqrt((chords * chords).sum(axis=2).max(axis=1))
 
 
 def _holds_all(near: NearPairs, highest_m: float, way_m: Array) -> bool:
-    """Return whether pairs that are not listed cannot reach their floors on ways (8,)."""
+    """Return whether unlisted pairs cannot reach their floors on ways (8,)."""
     both_m = way_m[:N_LINK, None] + way_m[N_LINK:]
     among_arms = (near.others_m >= highest_m + both_m).all()
     return bool(near.within_m >= highest_m + way_m.max() and among_arms)
@@ -122,9 +123,9 @@ def _of_pairs(near: NearPairs, of_links: Array) -> Array:
 def _parting_m(
     near: NearPairs, last: LinkCores, farthest_m: Array, rows: NDArray[np.integer]
 ) -> Array:
-    """Return (n,) how far the pairs of the rows move away from the plane between them.
+    """Return the distances (n,) by which the rows' pairs move away from the plane between them.
 
-    A surface need not lie on one side of a plane: to it each link counts as moving straight.
+    A surface need not lie on one side of a plane: each link counts as moving straight towards it.
     """
     n, other = near.normal[rows], near.other_link[rows]
     links = N_LINK * near.arm[rows] + near.link[rows]
@@ -138,7 +139,7 @@ def _parting_m(
 def _above(room: float, parting: float, bend: float) -> float:
     """Return the first t, at most 1, with room + t parting - bend t (1 - t) / 2 = 0.
 
-    This bounds, from below, any function of t whose second derivative is at most `bend`.
+    The expression bounds, from below, any function of t with a second derivative of at most `bend`.
     """
     slope = parting - 0.5 * bend
     under_root = slope * slope - 2.0 * bend * room

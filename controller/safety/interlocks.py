@@ -1,4 +1,4 @@
-"""Rules of the procedure that no policy may break; a person may override them explicitly."""
+"""Define rules of the procedure that no policy may break; a person may override them explicitly."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ from tissue_sim.patient.at_risk import AT_RISK
 from tissue_sim.tools.arms import RIGHT_ARM
 
 NEAR_AT_RISK_M = 0.008  # assumed
-SLOW_M_S = 0.02  # assumed: a surgeon's speed beside what must not be injured
+SLOW_M_S = 0.02  # assumed: a surgeon's speed beside structures that must not be injured
 _RIGHT_JAW = 13
 _JAWS = {"left": 6, "right": _RIGHT_JAW}
 _TIP_ROWS = 3  # of each arm in a box
@@ -32,7 +32,7 @@ _TIP_ROWS = 3  # of each arm in a box
 
 @dataclass(frozen=True, kw_only=True)
 class ClipsBeforeCut:
-    """Keeps the scissors from closing on what is not seen to have the clips it needs."""
+    """Keeps the scissors from closing on a structure whose needed clips are not observed."""
 
     name: str = "clips before a cut"
 
@@ -68,7 +68,7 @@ class RoomBesideClips:
 
 @dataclass(frozen=True, kw_only=True)
 class ForbiddenByAPerson:
-    """Keeps jaws from what a person forbade: to close on a tube, or to open."""
+    """Keeps jaws from forbidden acts: to close on a tube, or to open."""
 
     name: str = "forbidden by a person"
 
@@ -110,7 +110,7 @@ class SlowNearAtRisk:
 
 
 def _near(near: NearPairs, among: NDArray[np.bool_]) -> str:
-    """Return beside which obstacle of some pairs, the nearest; "" if there are none."""
+    """Return in words the nearest obstacle among some pairs; "" if there are none."""
     rows = np.flatnonzero(among)
     if not len(rows):
         return ""

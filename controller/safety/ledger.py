@@ -1,4 +1,4 @@
-"""The ledger: every stretch of commands that the filter altered, and why."""
+"""Keep the ledger: every stretch of commands that the filter altered, with the reason."""
 
 from __future__ import annotations
 
@@ -9,21 +9,22 @@ APART_S = 0.5  # alterations within this time of each other, for the same reason
 
 @dataclass(frozen=True, kw_only=True)
 class Entry:
-    """One altered command, or several for the same reason, or one that a person had pass.
+    """One altered command, several for the same reason, or a command that a person let pass.
 
     Attributes:
-        time_s: simulated, of the first command.
-        until_s: of the last command; None if it is the first.
-        commands: how many were altered.
-        limits: names of the limits that the wanted commands break, and how they were kept:
-            "keep-out: scissors kept off the liver".
-        margin: by how much the first of them was broken at most; rad or m, of "on the way" the
-            share of the motion that was withheld.
-        nearest_m: smallest distance to what an instrument is kept off; None if to nothing.
-        change_m: distance of the tip from its wanted place, of the arm with the larger one.
-        change_rad: change of the joint that was changed most.
-        held: both arms held their pose, if only for one command.
-        overridden: names of the interlocks that a person overrode.
+        time_s: Simulated time of the first command.
+        until_s: Time of the last command; None if the last command is the first.
+        commands: Number of altered commands.
+        limits: Names of the limits that the wanted commands break, and how the limits were kept,
+            as in "keep-out: scissors kept off the liver".
+        margin: Largest excess over the first of these limits, in rad or m. For "on the way" it is
+            the share of the motion that was withheld.
+        nearest_m: Smallest distance to an obstacle that an instrument is kept off; None if there
+            is none.
+        change_m: Distance of the tip from its wanted place, of the arm with the larger distance.
+        change_rad: Change of the joint that was changed most.
+        held: Whether both arms held their pose, if only for one command.
+        overridden: Names of the interlocks that a person overrode.
     """
 
     time_s: float
@@ -51,7 +52,7 @@ class Entry:
         return ", ".join([*dict.fromkeys(reasons), *size, *overridden])
 
     def continues(self, before: Entry) -> bool:
-        """Return whether this is the same event as an entry before, which goes on."""
+        """Return whether this entry continues the event of an earlier entry."""
         same = not set(self.limits).isdisjoint(before.limits) or self.limits == before.limits
         locks = self.overridden == before.overridden
         return same and locks and self.time_s - before.end_s <= APART_S
@@ -61,7 +62,7 @@ class Ledger:
     """Collects the entries of an episode.
 
     Attributes:
-        entries: in the order in which they began.
+        entries: The entries, in the order in which they began.
     """
 
     def __init__(self) -> None:
@@ -78,7 +79,7 @@ class Ledger:
 
 
 def _reason(limit: str) -> str:
-    """Return how a limit was kept, with its name unless that says what the instrument did."""
+    """Return how a limit was kept, with its name unless the rest describes the instrument."""
     name, _, how = limit.partition(": ")
     return how if name == "standstill" or "kept " in how or "slowed" in how else limit
 

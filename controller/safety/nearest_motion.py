@@ -1,4 +1,4 @@
-"""The nearest motion that keeps all bounds: a quadratic program, solved by DAQP through CasADi."""
+"""Find the nearest motion that keeps all bounds: a quadratic program, by DAQP through CasADi."""
 
 from __future__ import annotations
 
@@ -14,11 +14,11 @@ GIVING_PRICE = 1e4  # of breaking a soft row by 1 mm, in squares of the above; a
 CAPACITIES = (24, 48, 128)  # rows besides those on single joints
 _FAR = 1e3  # stands for no bound, in units of a row's motion
 _OF_SQUARES = np.outer(UNITS, UNITS)
-_N = N_MOTION + 1  # the last variable: how much the soft rows are broken
+_N = N_MOTION + 1  # the last variable: the excess over the soft rows
 
 
 class NearestMotion:
-    """A solver for one thread."""
+    """Solves the program, for one thread."""
 
     def __init__(self) -> None:
         self._programs = [_Program(rows) for rows in CAPACITIES]
@@ -27,9 +27,9 @@ class NearestMotion:
         """Return the motion (14,) nearest to the wanted one; None if there is none, or no room.
 
         Args:
-            motion: (14,) asked for.
-            weight: (14, 14) of squared changes, positive definite.
-            bounds: to keep.
+            motion: (14,) requested motion.
+            weight: (14, 14) weight of squared changes, positive definite.
+            bounds: Bounds to keep.
         """
         least = bounds.least.max(axis=0, initial=-np.inf) / UNITS
         most = bounds.most.min(axis=0, initial=np.inf) / UNITS
@@ -66,7 +66,7 @@ class _Program:
         return values.squeeze()
 
     def set_box(self, least: Array, most: Array) -> None:
-        """Set bounds (14,) on the joints, in units of the program."""
+        """Set bounds (14,) on the joints, in the program's units."""
         np.maximum(least, -_FAR, out=self._least[:N_MOTION])
         np.minimum(most, _FAR, out=self._most[:N_MOTION])
 

@@ -1,4 +1,4 @@
-"""The obstacles of the instruments: what is registered once, and where everything is now."""
+"""Define the instruments' obstacles: those registered once, and the present places of all."""
 
 from __future__ import annotations
 
@@ -29,12 +29,12 @@ class Capsules:
     Neighbours in a chain need not touch: a tube may be severed.
 
     Attributes:
-        names: of the chains.
+        names: Names of the chains.
         first: (n_chain,) first capsule of each chain.
         chain: (n,) chain of each capsule.
-        start_m: (n, 3).
-        end_m: (n, 3).
-        radius_m: (n,).
+        start_m: (n, 3) starts of the capsules' axes.
+        end_m: (n, 3) ends of the capsules' axes.
+        radius_m: (n,) radii.
     """
 
     names: tuple[str, ...]
@@ -45,12 +45,12 @@ class Capsules:
     radius_m: Array
 
     def of(self, name: str) -> NDArray[np.bool_]:
-        """Return (n,) which capsules belong to this chain."""
+        """Return the mask (n,) of the capsules of this chain."""
         return self.chain == self.names.index(name)
 
 
 def chained(lengths: Mapping[str, int], start_m: Array, end_m: Array, radius_m: Array) -> Capsules:
-    """Make capsules (n, 3), (n, 3), (n,) of chains with the given lengths, by their names."""
+    """Return capsules (n, 3), (n, 3), (n,) of chains with the given lengths, by their names."""
     first, chain = _places(tuple(lengths.values()))
     return Capsules(
         names=tuple(lengths),
@@ -71,7 +71,7 @@ def _places(lengths: tuple[int, ...]) -> tuple[Indices, Indices]:
 
 @dataclass(frozen=True, kw_only=True)
 class RigidSurroundings:
-    """What keeps its shape in one patient, as registered once, with the body at rest."""
+    """The surfaces that keep their shape in one patient, registered once with the body at rest."""
 
     liver: RigidSurface
     port_wall: RigidSurface
@@ -82,10 +82,11 @@ class Surroundings:
     """The present places of all obstacles.
 
     Attributes:
-        moved_m: surface name -> (3,) how far it has moved since its registration. The liver moves
-            with the body, the port wall stays with the ports.
-        capsules: what is round and soft: the gallbladder with its present width, and all that is
-            hollow (`Organ.hollow`: cystic tubes and structures at risk) with its width at rest.
+        moved_m: Surface name to the displacement (3,) since the registration. The liver moves with
+            the body, the port wall stays with the ports.
+        capsules: Capsules of the round and soft structures. The gallbladder has its present width.
+            Hollow structures (`Organ.hollow`: cystic tubes and structures at risk) have their width
+            at rest.
     """
 
     moved_m: dict[str, Array]

@@ -1,4 +1,4 @@
-"""Proof that a motion does not enter an obstacle: the bounds are linear, the motion is not."""
+"""Prove that a motion enters no obstacle, because the bounds are linear, but the motion is not."""
 
 from __future__ import annotations
 
@@ -78,7 +78,7 @@ def _no_deeper(
 
 
 def _floor_m(worked_on: WorkedOn, inside_m: dict[Pair, float], near: NearPairs) -> Array:
-    """Return (n,) how near each pair may come, given the distances of pairs that were inside."""
+    """Return the smallest allowed distance (n,) of each pair, given those of pairs inside."""
     floor = np.where(kept_out(near, worked_on), MARGIN_M, -np.inf)
     for row in range(len(floor)) if inside_m else ():
         pair = near.pair(row)

@@ -1,4 +1,4 @@
-"""The inputs of limits and interlocks when they bound the next control step."""
+"""Define the inputs of limits and interlocks when they bound the next control step."""
 
 from __future__ import annotations
 
@@ -20,27 +20,27 @@ from tissue_sim.tools.instruments import Instrument
 class Situation:
     """The last command, the wanted command, and the surroundings of the arms.
 
-    Rows: left, right arm. Joints (7,) are those of a `JointCommand`: rad, m for the insertion. A
-    motion (14,) is the change of both arms' joints in this control step, the left arm's first.
+    Rows are the left and the right arm. Joints (7,) are those of a `JointCommand`: rad, m for the
+    insertion. A motion (14,) is the change of both arms' joints in this control step, the left
+    arm's first.
 
     Attributes:
-        step_s: length of the control step.
-        instruments: on the left and right arm.
+        step_s: Length of the control step.
+        instruments: Instruments on the left and right arm.
         start: (2, 7) joints commanded last.
         rate: (2, 7) rate of change (per s) of the step before.
-        asked: (2, 7) joints asked for.
-        arms: how the arms move with their joints, and with the motion asked for.
-        near: pairs of instrument and obstacle that are near each other, at `start`.
+        asked: (2, 7) requested joints.
+        arms: The motion of the arms with their joints, and with the requested motion.
+        near: Pairs of instrument and obstacle that are near each other, at `start`.
         parting: (n, 14) from a motion to the change of each near pair's distance, m.
         tool_force_n: (2, 3) force of the tissue on each instrument, world frame.
-        pinch_n: of the grasper's jaws on the tissue between them.
+        pinch_n: Force of the grasper's jaws on the tissue between them.
         shaft_offset_m: (2,) distance of each measured shaft from its remote centre.
-        instruction: the present one.
-        worked_on: structures ("duct", "artery") that the left and the right jaws work on.
-        between_jaws: structures between the right tool's jaws; empty unless the jaws close.
-        lacking_clips: those of `between_jaws` on which fewer clips are seen than must be there
-            before a cut.
-        crowded: those of `between_jaws` on which a clip is too near to the jaws.
+        instruction: The present instruction.
+        worked_on: Structures ("duct", "artery") that the left and the right jaws work on.
+        between_jaws: Structures between the right tool's jaws; empty unless the jaws close.
+        lacking_clips: Structures of `between_jaws` with fewer observed clips than a cut requires.
+        crowded: Structures of `between_jaws` on which a clip is too near to the jaws.
     """
 
     step_s: float
@@ -62,10 +62,10 @@ class Situation:
 
     @cached_property
     def motion(self) -> Array:
-        """Return the motion (14,) asked for."""
+        """Return the requested motion (14,)."""
         return (self.asked - self.start).ravel()
 
     @cached_property
     def kept_out(self) -> NDArray[np.bool_]:
-        """Return (n,) which near pairs must not touch; of a chain only the foremost."""
+        """Return the mask (n,) of near pairs that must not touch; of a chain only the foremost."""
         return kept_out(self.near, self.worked_on) & self.near.foremost

@@ -1,8 +1,8 @@
-"""The way out of standing still: an arm that is asked to move and may not backs off once.
+"""Resolve a standstill: an arm that the filter keeps from a requested motion backs off once.
 
-Two limits may leave no motion towards where a policy wants to go: an arm would stand there for
-ever. It goes a little back the way it came, along its shaft, and the policy may try again. What
-keeps it standing all the same is a person's to resolve.
+Two limits may leave no motion towards a policy's goal: an arm would stand there for ever. The arm
+backs off a little along its shaft, the way it came, and the policy may try again. A person must
+resolve any further standstill.
 """
 
 from __future__ import annotations
@@ -16,8 +16,8 @@ from tissue_sim.sensing.observation import Observation
 from tissue_sim.tools.arms import LEFT_ARM
 from tissue_sim.tools.psm import JOINT_NAMES
 
-ASKED_M_S = 0.003  # of the tip: an arm that is asked for more is asked to move; assumed
-STANDS = 0.1  # share of the motion asked for; who gets less stands still; assumed
+ASKED_M_S = 0.003  # of the tip: an arm with a faster request is to move; assumed
+STANDS = 0.1  # share of the requested motion; an arm that gets less stands still; assumed
 BACKS_OFF_AFTER_S = 4.0  # assumed
 BACK_M_S, BACK_S = 0.005, 1.5  # slowly, 7.5 mm; assumed
 CALL_AFTER_S = 15.0  # of standing in one task; assumed
@@ -28,8 +28,8 @@ class WayOut:
     """Follows one robot through its tasks.
 
     Attributes:
-        backing: the arm that backs off now; None for none.
-        stands_s: (2,) how long each arm stood still in this task although asked to move.
+        backing: The arm that backs off now; None for none.
+        stands_s: (2,) time for which each arm stood still in this task despite requested motions.
     """
 
     def __init__(self, step_s: float) -> None:
@@ -42,9 +42,9 @@ class WayOut:
         return bool(self.stands_s.max() >= CALL_AFTER_S)
 
     def lead(self, start: Array, asked: Array, task: Task, seen: Observation) -> Array:
-        """Return the joints (2, 7) to ask for: those asked for, or a step back of one arm.
+        """Return the joints (2, 7) to request: the policy's, or a step back of one arm.
 
-        A grasper that holds something does not back off: it would pull at it.
+        A grasper that holds tissue does not back off, because it would pull at the tissue.
         """
         if task != self._task:
             self._begin(task)
@@ -61,11 +61,11 @@ class WayOut:
         return back
 
     def rest(self) -> None:
-        """Back off no more, and let no arm have stood: a person lets them hold, or moves one."""
+        """Back off no more, and forget standstills: a person lets the arms hold, or moves one."""
         self.backing, self._now_s = None, np.zeros(2)
 
     def note(self, asked_m: Array, moved_m: Array) -> None:
-        """Take in how far each tip was to move in this step, and how far it may; (2, 3)."""
+        """Take in the requested and the allowed displacement of each tip in this step, (2, 3)."""
         if self.backing is not None:
             self._left_s -= self._step_s
             self._now_s[self.backing] = 0.0

@@ -1,4 +1,4 @@
-"""Client of the chat-completions protocol: the text of an answer, within a time limit."""
+"""Get the text of an answer by the chat-completions protocol, within a time limit."""
 
 from __future__ import annotations
 
@@ -15,11 +15,11 @@ from planner.chat.transport import Reply, post
 
 WAITS_S = (0.5, 1.0)  # wall-clock time before the second and the third attempt
 REFUSES = (400, 422)  # status of a server that does not know a part of the request
-PASSING = (408, 425, 429)  # of one that may answer later, as all from 500 on
+PASSING = (408, 425, 429)  # status of a server that may answer later, as all from 500 on
 
 
 class ChatClient:
-    """Asks an endpoint; what of a request it has refused is left out from then on."""
+    """Asks an endpoint; refused parts of a request are left out of later requests."""
 
     def __init__(
         self,
@@ -27,7 +27,7 @@ class ChatClient:
         schema: Mapping[str, Any],
         sleep: Callable[[float], None] = time.sleep,
     ) -> None:
-        """Ask for answers that keep a JSON schema, as far as the endpoint minds it."""
+        """Request answers that keep a JSON schema, as far as the endpoint supports schemas."""
         self.endpoint, self._sleep = endpoint, sleep
         form = {"name": "instruction", "strict": True, "schema": schema}
         self._options: dict[str, Any] = {
@@ -40,8 +40,9 @@ class ChatClient:
         """Return the text of the answer.
 
         Raises:
-            EndpointError: there is no answer within the time limit; it says why, and where.
-            NonsenseError: the model said nothing.
+            EndpointError: There is no answer within the time limit. The message names the reason
+                and the endpoint.
+            NonsenseError: The model's answer is empty.
         """
         until_s = time.monotonic() + self.endpoint.timeout_s
         messages = [
@@ -57,7 +58,7 @@ class ChatClient:
             raise EndpointError(f"{self.endpoint.name}: {limit}") from None
 
     def _patiently(self, messages: list[dict[str, str]], until_s: float) -> str:
-        """Ask again while the fault may pass and time is left."""
+        """Return the answer; ask again while the fault may pass and time is left."""
         for wait_s in WAITS_S:
             try:
                 return self._once(messages, until_s)
@@ -79,7 +80,7 @@ class ChatClient:
         return text_in(reply.content)
 
     def _leave_out(self, words: str) -> None:
-        """Leave out the options that a refusal names, or all if it names none."""
+        """Leave out the options that a refusal names, or all options if it names none."""
         named = [name for name in self._options if name in words]
         if "schema" in words:
             named.append("response_format")
@@ -101,10 +102,10 @@ class ChatClient:
 
 
 def _require_success(reply: Reply) -> None:
-    """Check that a reply is one to a request that was taken.
+    """Check that a reply belongs to an accepted request.
 
     Raises:
-        EndpointError: it is not; in the server's words.
+        EndpointError: The request was refused; the message has the server's words.
     """
     why = f"it answered {reply.status} {reply.reason}" + (reply.words and f": {reply.words}")
     if reply.status != 200:
@@ -116,7 +117,7 @@ def _require_success(reply: Reply) -> None:
 
 
 def _seconds_after(said: str) -> float:
-    """Return how long a server wants to be left alone: it says seconds, or a date; 0 if neither."""
+    """Return a server's wanted waiting time, from its seconds or date; 0 if it has neither."""
     if said.strip().isdecimal():
         return float(said)
     try:

@@ -1,4 +1,4 @@
-"""What a model said in a chat completion: its text, and the JSON object in the text."""
+"""Read a model's answer in a chat completion: its text, and the JSON object in the text."""
 
 from __future__ import annotations
 
@@ -13,15 +13,15 @@ _DECODER = json.JSONDecoder()
 
 
 class NonsenseError(ValueError):
-    """A model answered, but nothing that can be followed; the message says why in one line."""
+    """A model's answer cannot be followed; the message gives the reason in one line."""
 
 
 def text_in(content: bytes) -> str:
     """Return the text of a completion, given in one piece or in parts.
 
     Raises:
-        EndpointError: it is no chat completion.
-        NonsenseError: the model said nothing.
+        EndpointError: The content is no chat completion.
+        NonsenseError: The model's answer is empty.
     """
     try:
         message = json.loads(content)["choices"][0]["message"]
@@ -43,12 +43,12 @@ def _parts(said: Any) -> Iterator[str]:
 
 
 def object_in(text: str, keys: Collection[str]) -> dict[str, Any]:
-    """Return the JSON object with these keys that a text holds, in a fence or among prose.
+    """Return the JSON object with these keys in a text, in a fence or among prose.
 
-    What a model thinks before, up to </think>, is no answer.
+    The model's reasoning before the answer, up to </think>, does not count.
 
     Raises:
-        NonsenseError: there is none, or there are several that differ.
+        NonsenseError: There is no such object, or there are several that differ.
     """
     spoken = text.rpartition("</think>")[2].partition("<think>")[0]
     found = [thing for thing in _objects(spoken) if set(keys) <= thing.keys()]

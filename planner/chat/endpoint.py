@@ -1,4 +1,4 @@
-"""Where a language model is asked: an endpoint with OpenAI's chat-completions protocol."""
+"""Describe the endpoint of a language model, with OpenAI's chat-completions protocol."""
 
 from __future__ import annotations
 
@@ -8,15 +8,15 @@ from dataclasses import dataclass
 from urllib.parse import unquote, urlsplit
 
 URL, MODEL, KEY = "CALOT_LLM_URL", "CALOT_LLM_MODEL", "CALOT_LLM_KEY"
-TIMEOUT, TIMEOUT_S = "CALOT_LLM_TIMEOUT", 10.0  # the variable, and the time without it
+TIMEOUT, TIMEOUT_S = "CALOT_LLM_TIMEOUT", 10.0  # the variable, and its default
 
 
 class EndpointError(RuntimeError):
-    """No model can answer there, in one line: it is down, refuses, or breaks the protocol.
+    """No model answers: the endpoint is down, refuses, or breaks the protocol; in one line.
 
     Attributes:
-        passing: it may be over when it is asked again.
-        after_s: how long the endpoint wants to be left alone; 0 if it does not say.
+        passing: Whether the error may be over at the next request.
+        after_s: Waiting time that the endpoint wants; 0 if the endpoint names none.
     """
 
     def __init__(self, why: str, *, passing: bool = True, after_s: float = 0.0) -> None:
@@ -26,16 +26,16 @@ class EndpointError(RuntimeError):
 
 @dataclass(frozen=True, kw_only=True)
 class Endpoint:
-    """Where to ask.
+    """The address of a model, and its settings.
 
     Attributes:
-        url: base of the API, to which "/chat/completions" is added.
-        model: name of the model there.
-        key: sent as a bearer token; "" for none. It is written to no file and no message.
-        timeout_s: wall-clock time for a whole answer, with all that is tried again for it.
+        url: Base of the API, to which "/chat/completions" is added.
+        model: Name of the model at the endpoint.
+        key: Key that is sent as a bearer token; "" for none. No file and no message has the key.
+        timeout_s: Wall-clock time for a whole answer, including all repeated requests.
 
     Raises:
-        ValueError: the address is not an http or https address, the model is missing, or the time
+        ValueError: The address is not an http or https address, the model is missing, or the time
             is not above 0.
     """
 
@@ -69,7 +69,7 @@ def endpoint_from_environment() -> Endpoint:
     """Return the endpoint that `URL`, `MODEL` and, if wanted, `KEY` and `TIMEOUT` name.
 
     Raises:
-        ValueError: a variable is missing or wrong; the message is one line.
+        ValueError: A variable is missing or wrong. The message is one line.
     """
     if missing := [name for name in (URL, MODEL) if not os.environ.get(name)]:
         raise ValueError(
@@ -92,9 +92,9 @@ def _seconds(text: str) -> float:
 
 
 def _is_address(url: str) -> bool:
-    """Return whether a request can be sent there.
+    """Return whether a request can be sent to this address.
 
-    urllib decodes the host, takes a user before it for a part of it, and sends ASCII only.
+    urllib decodes the host, takes a user before the host for a part of it, and sends ASCII only.
     """
     try:
         parts = urlsplit(url)

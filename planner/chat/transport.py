@@ -1,4 +1,4 @@
-"""One HTTP request and its whole reply within a time limit, however slowly the reply drips."""
+"""Send one HTTP request and get its whole reply within a time limit, however slow the reply."""
 
 from __future__ import annotations
 
@@ -25,14 +25,14 @@ from urllib.request import (
 from planner.chat.endpoint import EndpointError
 
 MAX_BYTES = 1_000_000
-MAX_WORDS = 200  # characters of a server's words that are told
+MAX_WORDS = 200  # characters of a server's words that are reported
 THREAD = "request to a language model"
 T = TypeVar("T")
 
 
 @dataclass(frozen=True, kw_only=True)
 class Reply:
-    """What a server replied, whatever its status."""
+    """A server's reply, with any status."""
 
     status: int
     reason: str
@@ -46,7 +46,7 @@ class Reply:
 
     @property
     def words(self) -> str:
-        """Return what the server says of an error, in a line; "" where it says nothing."""
+        """Return the server's description of an error, in a line; "" where there is none."""
         text = self.content.decode(errors="replace")
         try:
             said = json.loads(text)
@@ -62,8 +62,8 @@ def post(address: str, body: bytes, headers: Mapping[str, str], limit_s: float) 
     """Send a request and return the whole reply.
 
     Raises:
-        TimeoutError: the whole reply did not come within the limit.
-        EndpointError: the server cannot be reached, or sends too much.
+        TimeoutError: The whole reply did not come within the limit.
+        EndpointError: The server cannot be reached, or sends too much.
     """
     request = Request(address, data=body, headers=dict(headers), method="POST")
     line = _Line()
@@ -80,9 +80,9 @@ def post(address: str, body: bytes, headers: Mapping[str, str], limit_s: float) 
 
 
 def _within(limit_s: float, call: Callable[[], T]) -> T:
-    """Return what a call returns, or raise TimeoutError and leave the call to itself.
+    """Return the result of a call, or raise TimeoutError and leave the call running.
 
-    A timeout of a socket is for each of its reads, and looking up a name has none.
+    The timeout of a socket limits each read, and the look-up of a name has no timeout.
     """
     future: Future[T] = Future()
 

@@ -1,6 +1,6 @@
-"""Calibrated failure probabilities, and an alarm with a bounded rate of false alarms.
+"""Calibrate failure probabilities, and an alarm with a bounded rate of false alarms.
 
-The logit of failure is scaled and shifted on episodes kept out of training (Platt, 1999); the alarm
+The logit of failure is scaled and shifted on episodes kept out of training (Platt, 1999). The alarm
 is the conformal quantile of the highest probability within tasks done in time (Vovk et al., 2005).
 """
 
@@ -37,14 +37,14 @@ def calibrate(network: PlannerNetwork, rollouts: Sequence[Rollout]) -> None:
 
 
 def predictions(network: PlannerNetwork, data: Rollouts, at: Tensor) -> Iterator[Prediction]:
-    """Yield a network's predictions at steps (n,), asked as in an episode, a batch at a time."""
+    """Yield a network's predictions at steps (n,), a batch at a time, as in an episode."""
     for some in at.split(BATCH):
         n = torch.ones_like(some)
         yield network(data.moments(some, EVERY * n, n))
 
 
 def fit_platt(logits: Tensor, outcomes: Tensor) -> Tensor:
-    """Fit scale and shift (2,) of logits (n,) to outcomes (n,) of 0 and 1."""
+    """Return scale and shift (2,) of logits (n,), fitted to outcomes (n,) of 0 and 1."""
     given, wanted = logits.double().clone(), outcomes.double().clone()
     line = torch.tensor([1.0, 0.0], dtype=torch.float64, requires_grad=True)
     optimiser = torch.optim.LBFGS([line], max_iter=100, line_search_fn="strong_wolfe")
@@ -60,7 +60,7 @@ def fit_platt(logits: Tensor, outcomes: Tensor) -> Tensor:
 
 
 def conformal_quantile(scores: NDArray, share: float) -> float:
-    """Return what a new score exceeds with probability `share` at most; 1 for too few scores."""
+    """Return a bound that a new score exceeds with chance `share` at most; 1 for too few scores."""
     rank = math.ceil((len(scores) + 1) * (1.0 - share))
     return float(np.sort(scores)[rank - 1]) if rank <= len(scores) else 1.0
 

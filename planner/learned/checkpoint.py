@@ -1,4 +1,4 @@
-"""Checkpoints of the learned planner."""
+"""Define the checkpoints of the learned planner."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The configuration of a learned planner; it is saved in the checkpoint."""
+"""Define the configuration of a learned planner, which is saved in the checkpoint."""
 
 from __future__ import annotations
 
@@ -12,11 +12,11 @@ class PlannerConfig:
     """Shapes of the network.
 
     Attributes:
-        history: number of moments, one each time the planner is asked, with the present one.
-        width, layers, heads: of the transformer over the moments.
+        history: Number of moments, one per request to the planner, with the present one.
+        width, layers, heads: Sizes of the transformer over the moments.
 
     Raises:
-        ValueError: the heads do not divide the width.
+        ValueError: The heads do not divide the width.
     """
 
     history: SomeSteps = 8

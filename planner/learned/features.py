@@ -1,8 +1,8 @@
-"""The features of one moment: the observation, and the time since the task was given.
+"""Compute the features of one moment: the observation, and the time since the task was given.
 
-The network is also told how far what is seen is from what each task's criterion asks for, and what
-is next on each tube by the clip rule. A planner that had to learn these from demonstrations left
-the grasp early, and stood still where a tube takes two clips.
+The network also gets the distance of the observation from each task's criterion. For each tube it
+gets the next clip or cut by the clip rule. A planner that had to learn these from demonstrations
+left the grasp early, and stood still where a tube takes two clips.
 """
 
 from __future__ import annotations
@@ -30,8 +30,8 @@ from tissue_sim.thresholds import RETRACTED_M, TAUT_MIN
 from tissue_sim.tools.arms import RIGHT_ARM
 
 N_TASKS, N_CORRECTIONS = len(TASKS), len(CORRECTIONS)
-BESIDE_M = 0.003  # scale of how far clips lie from a tube
-NEAR_M = 0.005  # scale of what a tip lacks to have gone back
+BESIDE_M = 0.003  # scale of the clips' distances from a tube
+NEAR_M = 0.005  # scale of the distance that a tip lacks to have retracted
 DEEDS = USUAL_CLIPS + 2  # on a tube: its clips, its cut, and none
 LONG_S, VERY_LONG_S = 3.0, 12.0  # scales of the time since a task was given
 
@@ -70,7 +70,7 @@ def _clips_on_tubes(now: dict[str, Tensor]) -> list[Tensor]:
 
 
 def next_deed(now: dict[str, Tensor], k: int) -> Tensor:
-    """Return what is next on tube k: first, second, last clip, cut, none; one is 1 (B, `DEEDS`)."""
+    """Return the next deed on tube k: first, second, last clip, cut, none; one-hot (B, `DEEDS`)."""
     side = ("left", "right")[k]
     length_m = now["rest_length_m"][:, k : k + 1]
     sitting = clips_along(now[f"{side}_tube_m"], length_m, now["clips_m"], closed_clips(now))
@@ -82,7 +82,7 @@ def next_deed(now: dict[str, Tensor], k: int) -> Tensor:
 
 
 def _needed(now: dict[str, Tensor], k: int) -> Tensor:
-    """Return (B,) how many clips tube k needs, as `planner.scene.next_task` decides it."""
+    """Return the number of clips (B,) that tube k needs, as in `planner.scene.next_task`."""
     duct = duct_is_left(now) if k == 0 else ~duct_is_left(now)
     length_m = now["rest_length_m"][:, k] + RATHER_MORE * now["rest_length_std_m"][:, k]
     usual_m = torch.where(duct, needed_m("duct"), needed_m("artery"))
@@ -90,13 +90,13 @@ def _needed(now: dict[str, Tensor], k: int) -> Tensor:
 
 
 def straightness(tube_m: Tensor) -> Tensor:
-    """Return (B, 1) how straight tubes (B, n, 3) are; zero where a tube is straight enough."""
+    """Return the straightness (B, 1) of tubes (B, n, 3); zero where a tube is straight enough."""
     length_m = (tube_m[:, 1:] - tube_m[:, :-1]).norm(dim=-1).sum(dim=1, keepdim=True)
     chord_m = (tube_m[:, -1:] - tube_m[:, :1]).norm(dim=-1)
     return torch.tanh((chord_m / length_m.clamp(min=1e-6) - TAUT_MIN) / SLACK)
 
 
 def retreat(tip_m: Tensor, tubes_m: Tensor) -> Tensor:
-    """Return (B, 1) how far tips (B, 3) are from tubes (B, n, 3); zero where an arm is back."""
+    """Return distances (B, 1) of tips (B, 3) from tubes (B, n, 3); zero where an arm is back."""
     away_m = (tubes_m - tip_m[:, None]).norm(dim=-1).amin(dim=1, keepdim=True)
     return torch.tanh((away_m - RETRACTED_M) / NEAR_M)

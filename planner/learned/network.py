@@ -1,4 +1,4 @@
-"""The network: from moments to a task, a correction, progress and the risk of failure."""
+"""Define the network, from moments to a task, a correction, progress and the risk of failure."""
 
 from __future__ import annotations
 
@@ -17,10 +17,10 @@ class Moments(NamedTuple):
     """The network's input: B times H moments, the newest last.
 
     Attributes:
-        frames: (B, H, `VECTOR_SIZE`) `Observation.vector()`.
+        frames: (B, H, `VECTOR_SIZE`) observations, as `Observation.vector()`.
         known: (B, H) false before the episode began.
         task: (B, H) the last task given before each moment, 0 to 16; 17 if there was none.
-        correction: (B, H) the same for corrections, 0 to 17; 18 if there was none.
+        correction: (B, H) the last correction given, 0 to 17; 18 if there was none.
         since_s: (B, H) time since that task was given.
     """
 
@@ -36,9 +36,9 @@ class Prediction(NamedTuple):
 
     Attributes:
         task: (B, 17) the task that should be given now.
-        flag: (B,) whether to correct.
+        flag: (B,) whether a correction is needed.
         correction: (B, 18) the correction, if any.
-        progress: (B,) of the task, 0 to 1.
+        progress: (B,) progress of the task, 0 to 1.
         fails: (B,) whether the task will not be done in time.
     """
 
@@ -53,7 +53,7 @@ class PlannerNetwork(nn.Module):
     """A transformer over moments; its normalisation and calibration belong to its state.
 
     Attributes:
-        calibration: (2,) scale and shift of the logit `fails`, which make it a probability.
+        calibration: (2,) scale and shift that make the logit `fails` a probability.
         alarm: () probability of failure above which a person should look.
     """
 

@@ -1,4 +1,4 @@
-"""The learned planner: its only input is observations and its own past instructions."""
+"""Define the learned planner, whose only input is observations and its own past instructions."""
 
 from __future__ import annotations
 
@@ -49,7 +49,7 @@ RULES = (
 
 
 class _Moment(NamedTuple):
-    """When the planner was asked, what it saw, and which instruction was in force."""
+    """The time of a request to the planner, the observation, and the instruction in force."""
 
     time_s: float
     vector: NDArray[np.float32]
@@ -61,21 +61,22 @@ class _Moment(NamedTuple):
 class PlannerLearned:
     """Gives the instruction that the network predicts from the last moments.
 
-    It changes the task when the network is sure of another one, or still prefers it a second
-    later: a late change costs that second, an early one leaves the task undone. Hand-written rules
-    overrule the network (`RULES`):
+    The planner changes the task when the network is sure of another task, or still prefers that
+    task a second later. A late change costs a second, but an early change leaves a task undone.
+    Hand-written rules overrule the network (`RULES`):
 
     - The task gate (`gate_task`) decides which tasks may follow, by observed success.
     - After the first cut the planner never grasps again: the tubes can no longer be spread.
     - Corrections that have not helped for some seconds make room for the task itself.
-    - The planner calls for a person where the tubes have no room (`AnatomyGate`) or are seen badly
-      (`SightGate`), where the arms stand still (`StandstillGate`), and where a clip or a cut
-      would be tried for the fourth time.
+    - The planner calls for a person where the tubes have no room (`AnatomyGate`).
+    - The planner calls for a person where the tubes are observed badly (`SightGate`).
+    - The planner calls for a person where the arms stand still (`StandstillGate`).
+    - The planner calls for a person before a fourth try of a clip or a cut.
 
-    How many clips a tube gets follows from its length, as observed before anything pulled at it.
+    The number of a tube's clips follows from its length, as observed before any tool pulled at it.
     The planner raises an alarm where a task's chance of failure is high twice in a row.
 
-    With `alone`, the task gate is left out, to measure what it is worth; the rest is as above.
+    With `alone`, the task gate is left out, to measure its effect; the rest is as above.
     """
 
     def __init__(self, network: PlannerNetwork, *, alone: bool = False) -> None:
@@ -94,7 +95,7 @@ class PlannerLearned:
         self._rules = RuleCounts("planner", RULES)
 
     def rule_uses(self) -> tuple[RuleUse, ...]:
-        """Return how often each rule has overruled the network in the episode so far."""
+        """Return the use of each rule that overrules the network, in the episode so far."""
         return self._rules.uses()
 
     def plan(self, observation: Observation) -> Instruction:
@@ -134,7 +135,7 @@ class PlannerLearned:
         )
 
     def _why_call(self, task: Task, observation: Observation) -> str | None:
-        """Return why a person must be called now; None if there is no reason."""
+        """Return the reason why a person must be called now; None if there is no reason."""
         if self._calls("call: standstill", self._standstill.lasts):
             return STANDSTILL
         if self._calls("call: sight", self._sight.is_lost):
@@ -150,7 +151,7 @@ class PlannerLearned:
         return calls
 
     def _remember(self, observation: Observation) -> None:
-        """Add a moment."""
+        """Add a moment to the memory."""
         self._clock.update(observation)
         seen, since_s = self._frame.follow(observation.vector()), self._clock.since_s
         self._moments.append(
@@ -160,8 +161,8 @@ class PlannerLearned:
     def _chances(self, logits: torch.Tensor, observation: Observation) -> torch.Tensor:
         """Return the probability of each task that may be due.
 
-        What is asked for where another task is due counts for that one, unless the network decides
-        alone. After a cut nothing is grabbed, even if a person ordered it.
+        The probability of a task counts for the task that is due instead, unless the network
+        decides alone. After a cut no task is a grab, even if a person ordered the grab.
         """
         asked = int(logits.argmax())
         if self._has_cut or observation.severed.any():
@@ -205,7 +206,7 @@ def load_planner(checkpoint: str | Path | None = None, *, alone: bool = False) -
     """Return the planner of a checkpoint, by default the one shipped with Calot.
 
     Raises:
-        CheckpointError: there is no checkpoint, or it does not fit.
+        CheckpointError: There is no checkpoint, or the checkpoint does not fit.
     """
     return PlannerLearned(CHECKPOINTS.load(checkpoint), alone=alone)
 
@@ -214,7 +215,7 @@ def make(setup: PolicySetup) -> PlannerLearned:
     """Return the planner of the checkpoint in its setup.
 
     Raises:
-        CheckpointError: there is none, or it does not fit.
+        CheckpointError: There is no checkpoint, or the checkpoint does not fit.
     """
     return load_planner(setup.checkpoint)
 
@@ -223,6 +224,6 @@ def make_alone(setup: PolicySetup) -> PlannerLearned:
     """Return the planner of the checkpoint in its setup, whose network decides alone on tasks.
 
     Raises:
-        CheckpointError: there is none, or it does not fit.
+        CheckpointError: There is no checkpoint, or the checkpoint does not fit.
     """
     return load_planner(setup.checkpoint, alone=True)

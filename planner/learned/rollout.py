@@ -1,4 +1,4 @@
-"""Recorded episodes as training data of the planner, and the moments in them."""
+"""Represent recorded episodes as training data of the planner, with the moments in them."""
 
 from __future__ import annotations
 
@@ -30,17 +30,18 @@ class Rollout:
     """One episode, step by step, with any controller.
 
     Attributes:
-        states: (n, `VECTOR_SIZE`) `Observation.vector()`.
+        states: (n, `VECTOR_SIZE`) observations, as `Observation.vector()`.
         said: (n,) the task that was given, 0 to 16.
         corrected: (n,) the correction that was given, 0 to 17, or -1.
         task: (n,) the task that should have been given, 0 to 16.
         correction: (n,) the correction that should have been given, 0 to 17, or -1.
-        success: the last task succeeded too.
-        learned: a learned controller moved the arms, not the expert.
-        patient: the seed; the same episode may be there several times, sensed with other errors.
+        success: Whether the last task succeeded too.
+        learned: Whether a learned controller moved the arms, not the expert.
+        patient: The patient's seed. Several rollouts may be of one episode, sensed with other
+            errors.
 
     Raises:
-        ValueError: lengths differ, or there is no step.
+        ValueError: Lengths differ, or there is no step.
     """
 
     states: NDArray[np.float32]
@@ -62,7 +63,7 @@ class Rollout:
 
     @property
     def digest(self) -> bytes:
-        """Return the digest of what training learns from, without the patient and who acted."""
+        """Return the digest of the training data, without the patient and the acting controller."""
         columns = (self.states, self.said, self.corrected, self.task, self.correction)
         return sha256(b"".join(c.tobytes() for c in columns) + bytes([self.success])).digest()
 
@@ -71,8 +72,8 @@ class Labels(NamedTuple):
     """The targets of `Prediction`.
 
     Attributes:
-        correction: (B,) -1 where no correction is needed.
-        fails: (B,) 1, 0, or NaN where the episode ends too early to tell.
+        correction: (B,) the needed correction, -1 where none is needed.
+        fails: (B,) 1, 0, or NaN where the episode ends before the outcome is known.
     """
 
     task: Tensor
@@ -96,12 +97,12 @@ class Rollouts:
     """Rollouts end to end in memory, and the moments in them.
 
     Attributes:
-        digest: of all training data, in hex.
-        changes: steps up to a second after the task to give has changed.
-        flagged: steps in which a correction is needed.
+        digest: Digest of all training data, in hex.
+        changes: Steps up to a second after the right task has changed.
+        flagged: Steps in which a correction is needed.
 
     Raises:
-        ValueError: there is no rollout.
+        ValueError: There is no rollout.
     """
 
     def __init__(self, rollouts: Sequence[Rollout], history: int) -> None:
@@ -172,13 +173,13 @@ def _labels(rollout: Rollout) -> Labels:
 
 
 def _runs(said: NDArray[np.int64]) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
-    """Return where runs of equal values begin and end."""
+    """Return the begins and ends of runs of equal values."""
     starts = np.flatnonzero(np.diff(said, prepend=NOT_SAID))
     return starts, np.append(starts[1:], len(said))
 
 
 def _done_by(tasks: NDArray[np.int64], ends: NDArray[np.int64]) -> NDArray[np.int64]:
-    """Return where each run ends, or its last repetition if only going back lies between."""
+    """Return the end of each run, or of its last repetition if only retractions lie between."""
     done = ends.copy()
     for k in reversed(range(len(tasks) - 2)):
         if tasks[k + 2] == tasks[k] and TASKS[tasks[k + 1]].goes_back:

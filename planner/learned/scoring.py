@@ -1,4 +1,4 @@
-"""The score of a learned planner on rollouts that it was not trained on."""
+"""Score a learned planner on rollouts that it was not trained on."""
 
 from __future__ import annotations
 
@@ -22,15 +22,15 @@ class PlannerScore:
     """The score over moments a second apart.
 
     Attributes:
-        moments: how many.
-        task_accuracy: share of moments with the right task.
-        flag_precision, flag_recall: of needed corrections, NaN if there is none.
-        correction_accuracy: share of needed corrections that are the right one.
-        calibration_error: mean gap between failure probability and failure rate (10 bins).
-        alarms_in_time: share of tasks not done in time that an alarm predicted.
-        lead_s: median time from such an alarm until it was too late.
-        false_alarms: share of tasks done in time that had an alarm.
-        late_tasks, timely_tasks: number of tasks not done in time, and done in time.
+        moments: Number of moments.
+        task_accuracy: Share of moments with the right task.
+        flag_precision, flag_recall: Scores of needed corrections, NaN if there is none.
+        correction_accuracy: Share of needed corrections with the right correction.
+        calibration_error: Mean gap between failure probability and failure rate (10 bins).
+        alarms_in_time: Share of tasks not done in time that an alarm predicted.
+        lead_s: Median time from such an alarm to the last moment at which failure is predictable.
+        false_alarms: Share of tasks done in time that had an alarm.
+        late_tasks, timely_tasks: Numbers of tasks not done in time, and done in time.
     """
 
     moments: int
@@ -53,7 +53,7 @@ class PlannerScore:
 
 
 def score(network: PlannerNetwork, rollouts: Sequence[Rollout]) -> PlannerScore:
-    """Compare a network's predictions on rollouts with their targets."""
+    """Return the score of a network's predictions on rollouts against their targets."""
     data = Rollouts(rollouts, network.config.history)
     at = torch.arange(0, len(data), EVERY)
     with torch.inference_mode():
@@ -85,7 +85,7 @@ def score(network: PlannerNetwork, rollouts: Sequence[Rollout]) -> PlannerScore:
 def calibration_error(chances: NDArray, outcomes: NDArray) -> float:
     """Return the expected calibration error of probabilities (n,) for outcomes (n,) of 0 and 1.
 
-    Guo et al., arXiv 1706.04599, equation 3, with bins of equal width.
+    The definition is that of Guo et al., arXiv 1706.04599, equation 3, with bins of equal width.
     """
     bins = np.minimum((chances * BINS).astype(int), BINS - 1)
     gaps = [
@@ -100,9 +100,9 @@ class _Task:
     """One task of one rollout.
 
     Attributes:
-        late: it was not done in time.
-        alarmed: there was an alarm.
-        lead_s: from the first alarm until it was too late.
+        late: Whether the task was not done in time.
+        alarmed: Whether there was an alarm.
+        lead_s: Time from the first alarm to the last moment at which failure is predictable.
     """
 
     late: bool

@@ -1,4 +1,4 @@
-"""Training of the learned planner; it resumes exactly. Read it from top to bottom."""
+"""Train the learned planner; a stopped training resumes exactly. Read the file top to bottom."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ FLAG_WEIGHT, CORRECTION_WEIGHT, PROGRESS_WEIGHT, FAILS_WEIGHT = 1.0, 0.5, 0.5, 0
 
 @dataclass(frozen=True, kw_only=True)
 class PlannerTraining(Schedule):
-    """How a planner is trained."""
+    """The settings of a planner's training."""
 
     planner: PlannerConfig = field(default_factory=PlannerConfig)
     steps: int = 8_000
@@ -55,7 +55,7 @@ def fine_tuning(config: PlannerTraining, base: Path) -> tuple[PlannerTraining, P
     """Return the configuration for fine-tuning a checkpoint, and the checkpoint's network.
 
     Raises:
-        CheckpointError: as `Checkpoints.load` does.
+        CheckpointError: As in `Checkpoints.load`.
     """
     network = CHECKPOINTS.load(base)
     return replace(fine_tuning_schedule(base, config), planner=network.config), network
@@ -70,12 +70,12 @@ def train(
     """Train a planner, or resume the training in `out`; write checkpoint and state to `out`.
 
     A new training starts from `base`, if given, and keeps its normalisation. At the end the
-    checkpoint is calibrated on learned rollouts kept out of training, if there are some of
-    six patients or more; otherwise its calibration stays as it was.
+    checkpoint is calibrated on learned rollouts kept out of training. If these are of fewer than
+    six patients, the calibration stays as it was.
 
     Raises:
-        ValueError: there is no rollout, or `out` holds the training of another configuration or
-            on other rollouts; nothing is changed.
+        ValueError: There is no rollout, or `out` holds the training of another configuration or
+            on other rollouts. Nothing is changed.
     """
     torch.manual_seed(config.seed)
     chance = torch.Generator().manual_seed(config.seed)
@@ -104,7 +104,7 @@ def train(
 
 
 def split_rollouts(rollouts: Sequence[Rollout]) -> tuple[list[Rollout], list[Rollout]]:
-    """Split rollouts into training and calibration: the learned ones of every sixth patient."""
+    """Return rollouts for training, and for calibration the learned ones of every sixth patient."""
     patients = dict.fromkeys(r.patient for r in rollouts if r.learned)
     apart = set(list(patients)[KEEP_OUT_EVERY - 1 :: KEEP_OUT_EVERY])
     kept_out = [r.learned and r.patient in apart for r in rollouts]
@@ -131,7 +131,7 @@ def _loss(
 def sample_steps(data: Rollouts, n: int, chance: torch.Generator) -> tuple[Tensor, Tensor]:
     """Draw steps (n,), rare ones more often, and weights (n,) as if all were drawn uniformly.
 
-    This is importance sampling: probabilities stay unbiased, and rare steps are seen often.
+    The method is importance sampling: probabilities stay unbiased, and rare steps occur often.
     """
     shares = [(data.changes, CHANGES), (data.flagged, FLAGGED)]
     shares = [(pool, share) for pool, share in shares if len(pool)]
@@ -149,9 +149,9 @@ def _sample(among: int, n: int, chance: torch.Generator) -> Tensor:
 
 
 def _with_wrong_words(moments: Moments, chance: torch.Generator) -> Moments:
-    """Replace the task by a wrong one in some moments, and by none in others.
+    """Return moments with a wrong task in some, and no task in others.
 
-    The network then relies more on what it sees.
+    The network then relies more on observations.
     """
     n = len(moments.task)
     draw = torch.rand(n, generator=chance)

@@ -10,7 +10,7 @@ MOST_MOVES = 3
 def write_atomic(path: Path, content: bytes) -> None:
     """Write `content` to `path` through a temporary file beside it; create its folder.
 
-    It begins again if somebody moves the folder away meanwhile.
+    The function begins again if the folder is moved away meanwhile.
     """
     for _ in range(MOST_MOVES):
         with suppress(FileNotFoundError):

@@ -1,4 +1,4 @@
-"""Checkpoints: weights and normalisation in a file, with what they require of their user."""
+"""Read and write checkpoints: weights and normalisation in a file, with their requirements."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ Model = TypeVar("Model", bound=nn.Module)
 
 
 class CheckpointError(ValueError):
-    """A file is not a checkpoint, or does not fit; the message says which in one line."""
+    """A file is not a checkpoint, or does not fit; the message gives the reason in one line."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -35,14 +35,14 @@ class Checkpoints(Generic[Config, Model]):
     """Reads and writes the checkpoints of one learner.
 
     Attributes:
-        learner: as `calot train` names it.
-        holds: what is in a file, in words.
-        shipped: the one that comes with Calot, if one does.
-        fits: what must be the same when a checkpoint is written and when it is read; by its names
-            a file is told from another learner's.
-        config_type: the class of a configuration; its annotations bound the fields.
-        model_from: makes a model of a configuration; its weights do not matter.
-        config_of: returns the configuration of a model.
+        learner: The learner's name in `calot train`.
+        holds: Description of a file's content.
+        shipped: Path of the checkpoint that comes with Calot, if there is one.
+        fits: Values that must be the same when a checkpoint is written and when it is read. Their
+            names distinguish the file from another learner's file.
+        config_type: The class of a configuration; its annotations bound the fields.
+        model_from: Returns a model of a configuration, with any weights.
+        config_of: Returns the configuration of a model.
     """
 
     learner: str
@@ -57,7 +57,7 @@ class Checkpoints(Generic[Config, Model]):
         """Return the path of the checkpoint to use: the given one, or the one that is shipped.
 
         Raises:
-            CheckpointError: no path is given, and no checkpoint is shipped.
+            CheckpointError: No path is given, and no checkpoint is shipped.
         """
         if path is None and not self.shipped.exists():
             how = f"`calot train {self.learner}` makes one to name"
@@ -65,16 +65,16 @@ class Checkpoints(Generic[Config, Model]):
         return Path(path or self.shipped)
 
     def save(self, path: Path, model: Model) -> None:
-        """Write a model atomically; its weights in half precision, which halves the file."""
+        """Write a model atomically, with weights in half precision, which halves the file."""
         config = json.dumps(asdict(self.config_of(model)))  # pyright: ignore[reportArgumentType]
         said, weights = {"config": config, "fits": json.dumps(dict(self.fits))}, _kept(model)
         write_atomic(path, save(weights, said | {HASH: _hash(said, weights)}))
 
     def load(self, path: str | Path | None = None) -> Model:
-        """Return the model of a file, by default of the one shipped, ready for inference.
+        """Return the model of a file, by default of the shipped one, ready for inference.
 
         Raises:
-            CheckpointError: there is no file, or it has no model that fits, or a damaged one.
+            CheckpointError: There is no file, or its model does not fit or is damaged.
         """
         path = self.chosen(path)
         try:
@@ -96,7 +96,7 @@ class Checkpoints(Generic[Config, Model]):
         """Return the configuration of a file's model, after the checks of `load`.
 
         Raises:
-            CheckpointError: as in `load`.
+            CheckpointError: As in `load`.
         """
         return self.config_of(self.load(path))
 
@@ -104,7 +104,7 @@ class Checkpoints(Generic[Config, Model]):
         return f"{path} is no checkpoint of a {self.holds}"
 
     def _config(self, path: Path, said: Mapping[str, str]) -> Config:
-        """Return the configuration that a file tells of, if it fits."""
+        """Return the configuration in a file's metadata, if it fits."""
         try:
             found, told = (dict(from_json(said[name])) for name in ("fits", "config"))
         except (KeyError, TypeError, ValueError):
@@ -127,11 +127,11 @@ class Checkpoints(Generic[Config, Model]):
 
 
 class _DamagedError(ValueError):
-    """The weights are not finite, or not those that were saved."""
+    """The weights are not finite, or differ from the saved weights."""
 
 
 def _require_whole(said: Mapping[str, str], weights: Mapping[str, Tensor]) -> None:
-    """Check that weights are numbers, and those that were saved; before, no hash was kept."""
+    """Check that weights are finite, and match the saved hash, which older files lack."""
     for name, weight in weights.items():
         if not torch.isfinite(weight).all():
             raise _DamagedError(f"{name} is not finite everywhere")

@@ -1,4 +1,4 @@
-"""What a file holds, kept for all episodes of a process."""
+"""Keep the content of a file for all episodes of a process."""
 
 from __future__ import annotations
 
@@ -11,14 +11,14 @@ T = TypeVar("T")
 
 
 def kept(load: Callable[[Path], T]) -> Callable[[Path], T]:
-    """Return the loader that loads a file once, until it is written anew or another is asked for.
+    """Return a loader that loads a file once, until it changes or another file is requested.
 
-    All who ask share what was loaded, so it must have no state.
+    All callers share the loaded object, so the object must have no state.
     """
 
     @lru_cache(maxsize=1)
     def loaded(path: Path, written_ns: int) -> T:
-        del written_ns  # a file that is written anew is another one
+        del written_ns  # a file that is written anew is another file
         return load(path)
 
     return lambda path: loaded(path, path.stat().st_mtime_ns if path.exists() else 0)

@@ -1,4 +1,4 @@
-"""Read a .npz file that anybody may have written: nothing is unpacked before its size is known."""
+"""Read a .npz file from an untrusted source: nothing is unpacked before its size is known."""
 
 from __future__ import annotations
 
@@ -18,16 +18,16 @@ SUFFIX = ".npy"
 
 
 def read_npz(path: Path, most_bytes: int, only: str | None = None) -> dict[str, NDArray[Any]]:
-    """Return the arrays of a file, or the one that is named; they cannot be written to.
+    """Return the arrays of a file, or the named one; the arrays are read-only.
 
     Args:
-        path: the file.
-        most_bytes: of all arrays together, unpacked.
-        only: the name of the one array to unpack.
+        path: The file.
+        most_bytes: Largest size of all arrays together, unpacked.
+        only: Name of the one array to unpack.
 
     Raises:
-        ValueError: it is no such file, larger, encrypted or damaged; the message is one line.
-        OSError: it cannot be read.
+        ValueError: The file is no .npz, too large, encrypted or damaged. The message is one line.
+        OSError: The file cannot be read.
     """
     try:
         with ZipFile(path) as file:
@@ -68,7 +68,7 @@ def _members(file: ZipFile, most_bytes: int) -> dict[str, ZipInfo]:
 
 
 def _array(file: IO[bytes], name: str) -> NDArray[Any]:
-    """Return an array, whose size is that of the member and not what its header claims."""
+    """Return an array; its size is the member's size, whatever the header claims."""
     if npy.read_magic(file) != (1, 0):
         raise ValueError(f"{name!r} is of another version of .npy")
     shape, by_columns, dtype = npy.read_array_header_1_0(file)

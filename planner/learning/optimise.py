@@ -1,4 +1,4 @@
-"""The training loop of every network: gradient descent that resumes exactly."""
+"""Run the training loop of every network: gradient descent that resumes exactly."""
 
 from __future__ import annotations
 
@@ -25,16 +25,16 @@ ScheduleT = TypeVar("ScheduleT", bound="Schedule")
 
 @dataclass(frozen=True, kw_only=True)
 class Schedule:
-    """How weights are trained.
+    """The settings of a training.
 
     Attributes:
-        steps: of the optimiser.
-        batch: samples in a step.
-        learning_rate: highest; it rises over `warm_up` steps and falls to zero as a cosine.
-        average: decay of the weights' moving average; the average is saved.
-        save_every: steps.
-        bfloat16: multiply matrices in bfloat16, which is faster on some processors.
-        base: digest of the checkpoint that is fine-tuned; "" to start from random weights.
+        steps: Number of steps of the optimiser.
+        batch: Number of samples in a step.
+        learning_rate: Highest rate; it rises over `warm_up` steps and falls to zero as a cosine.
+        average: Decay of the weights' moving average; the average is saved.
+        save_every: Number of steps from one saved state to the next.
+        bfloat16: Whether to multiply matrices in bfloat16, which is faster on some processors.
+        base: Digest of the checkpoint that is fine-tuned; "" to start from random weights.
     """
 
     steps: int
@@ -60,7 +60,7 @@ def fine_tuning_schedule(base: Path, schedule: ScheduleT) -> ScheduleT:
 
 @dataclass(frozen=True, kw_only=True)
 class TrainingStep:
-    """How many steps are done, and the loss of the last batch."""
+    """The number of finished steps, and the loss of the last batch."""
 
     step: int
     loss: float
@@ -79,19 +79,19 @@ def optimise(
     """Train a model, or resume the training that `out` holds.
 
     Args:
-        model: with its initial weights.
-        loss_of_batch: draws a batch and returns its loss.
-        chance: the source of all randomness.
-        config: the schedule, and everything that must be the same to resume.
-        out: folder for TensorBoard's curves and the state to resume from.
-        digest: of the training data.
-        weights: file of the averaged model, written each time that the state to resume from is, and
-            anew if nothing is left to do but it was moved away.
-        save: writes it.
+        model: The model with its initial weights.
+        loss_of_batch: Draws a batch and returns its loss.
+        chance: The source of all randomness.
+        config: The schedule, and all settings that must be the same to resume.
+        out: Folder for TensorBoard's curves and the state to resume from.
+        digest: Digest of the training data.
+        weights: File of the averaged model, written together with the state to resume from. A
+            finished training writes the file anew if it was moved away.
+        save: Writes the averaged model.
 
     Raises:
         ValueError: `out` holds the training of another configuration, on other data or on another
-            device, or what is no state of a training; nothing is changed.
+            device, or a file that is no state of a training. Nothing is changed.
     """
     from torch.utils.tensorboard.writer import SummaryWriter
 
@@ -162,7 +162,7 @@ def _resume(path: Path, parts: dict, chance: torch.Generator, config: Schedule, 
 
 
 def _difference(state: dict, chance: torch.Generator, config: Schedule, digest: str) -> str:
-    """Return in what a state is of another training; "" if it is of this one."""
+    """Return in words how a state's training differs from this training; "" if it does not."""
     if state["config"] != asdict(config):
         return "is of another configuration"
     if state["digest"] != digest:

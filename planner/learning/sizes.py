@@ -1,4 +1,4 @@
-"""Bounds of a network's sizes, so that no checkpoint takes a gigabyte: others are refused."""
+"""Define bounds of a network's sizes, so that a checkpoint that takes a gigabyte is refused."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Read JSON text that anybody may have written: finite numbers only, and no deep nesting."""
+"""Read JSON text from an untrusted source: finite numbers only, and no deep nesting."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ def from_json(text: str | bytes) -> Any:
     """Return the content of a JSON text.
 
     Raises:
-        ValueError: it is not JSON, or holds NaN, an infinite or a huge number, or deep nesting.
+        ValueError: The text is not JSON, or has NaN, an infinite or a huge number, or deep nesting.
     """
     try:
         return json.loads(text, parse_constant=_refuse, parse_float=_finite, parse_int=_whole)

@@ -1,1 +1,1 @@
-"""What comes of a person's word, and what does the robot answer?"""
+"""How does the robot carry out a person's words, and answer them?"""

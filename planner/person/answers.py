@@ -1,4 +1,4 @@
-"""Answers to a person's questions, from what the robot sees and is about to do."""
+"""Answer a person's questions, from the observation and the robot's next actions."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ def answer(
     about: Thing | None = None,
     claims: Sequence[Claim] = (),
 ) -> str:
-    """Return the answer in a few short sentences; what is wrongly taken for so is denied."""
+    """Return the answer in a few short sentences, with a denial of wrong claims."""
     if wrong := denial(claims, instruction.task, seen):
         return wrong
     if question == "why" and claims:
@@ -32,7 +32,7 @@ def answer(
 
 
 def doing_in_words(instruction: Instruction) -> str:
-    """Return what the robot does now: "I go on: grabbing gallbladder."."""
+    """Return the robot's present action in words: "I go on: grabbing gallbladder."."""
     if instruction.call:
         return "I hold and have called for a person."
     if instruction.hold:
@@ -97,7 +97,7 @@ def _forbidden(asked: Asked) -> str:
 
 
 def _sentence(remark: str) -> str:
-    """Return a remark that ends as a sentence does."""
+    """Return a remark with the end of a sentence."""
     return remark if remark.endswith((".", "!", "?")) else f"{remark}."
 
 
@@ -118,4 +118,4 @@ ANSWERS: dict[Question, Callable[[Asked], str]] = {
     "safe": safe,
     "forbidden": _forbidden,
 }
-"""What answers each kind of question."""
+"""The function that answers each kind of question."""

@@ -1,4 +1,4 @@
-"""What would be lost by an order, and who says yes to it all the same."""
+"""Describe the losses that an order would cause, and keep a person's confirmation."""
 
 from __future__ import annotations
 
@@ -26,35 +26,35 @@ YES_S = 30.0  # a yes that comes later after a question is no answer to it; assu
 
 
 class ConfirmError(NotNowError):
-    """A person must say yes first; the message says what would be lost."""
+    """A person must confirm first; the message describes the loss."""
 
 
 class Confirmation:
-    """Keeps what a person may say yes to, from the robot's question to the next word.
+    """Keeps the order that a person may confirm, from the robot's question to the next word.
 
     Attributes:
-        given: what is said now is the yes of a person who was told what would be lost, or is wrong.
+        given: Whether the present words confirm an order, after the robot named the loss or error.
     """
 
     def __init__(self) -> None:
         self._asked: Reading | None = None
         self._told = False
         self._asked_s = 0.0
-        self._unmeant: Prohibition | None = None  # what was due as something else was forbidden
+        self._unmeant: Prohibition | None = None  # the act due as another act was forbidden
         self.given = False
 
     @property
     def guess(self) -> Said | None:
-        """Return what the robot has asked whether it was meant; None if nothing."""
+        """Return the command whose meaning the robot has asked about; None if there is none."""
         return self._asked.said[0] if self._asked is not None and not self._told else None
 
     def offer(self, guesses: Sequence[Said], time_s: float) -> None:
-        """Keep the only guess at what was meant, which the robot asks about."""
+        """Keep a single guess at the meaning, which the robot asks about."""
         if len(guesses) == 1:
             self._ask(reading_of(guesses), time_s, told=False)
 
     def ask_all_the_same(self, reading: Reading, time_s: float) -> str:
-        """Ask whether to do what was said all the same; "" if nothing was to be done."""
+        """Return the question whether to act all the same; "" if no act was requested."""
         acts = [said.text for said in reading.said]
         if reading.allows is not None:
             acts.append(f"allow {reading.allows.in_words}")
@@ -64,7 +64,7 @@ class Confirmation:
         return f' Say "yes" to do it all the same: {", then ".join(acts)}.'
 
     def ask_to_allow(self, act: Prohibition, seen: Observation) -> str:
-        """Ask whether a person allows what may be meant; it stays forbidden until the answer."""
+        """Return the question whether a person allows an act, forbidden until the answer."""
         words = act.seen(seen).in_words
         self._ask(Reading(text=words, allows=act, by="rule", reply=""), seen.time_s)
         return f'Do you allow: {words}? Say "yes" to allow it. It is forbidden still.'
@@ -72,7 +72,7 @@ class Confirmation:
     def remarks(
         self, bans: Collection[Prohibition], standing: Standing, task: Task, seen: Observation
     ) -> tuple[str, ...]:
-        """Return which bans come too late, and what was about to be done instead."""
+        """Return in words the bans that come too late, and the act that was due instead."""
         if not bans:
             return ()
         due = unmeant_by(bans, task, seen)
@@ -81,10 +81,10 @@ class Confirmation:
         return (*late, unmeant_in_words(bans, due, seen)) if due else late
 
     def require_meant(self, standing: Standing, task: Task, seen: Observation) -> None:
-        """Ask before what was due is done, if a person forbade something else as it was due.
+        """Require a confirmation of the due act, if a person forbade another act meanwhile.
 
         Raises:
-            ConfirmError: it is due still, and the person has not said yes to it.
+            ConfirmError: The act is still due, and the person has not confirmed it.
         """
         due, self._unmeant = self._unmeant, None
         if due is None or self.given or standing.forbids(due) or act_of(task, seen) != due:
@@ -94,7 +94,7 @@ class Confirmation:
         raise ConfirmError(f"You forbade: {forbidden}. If I go on, I {due.act} the {due.on}.")
 
     def answered(self, reading: Reading, time_s: float) -> Reading:
-        """Return what a person says: of a yes, what it agrees to; of any other word, that word."""
+        """Return the reading of a person's words: for a yes, the reading that it confirms."""
         asked, self._asked = self._asked, None
         in_time = time_s <= self._asked_s + YES_S
         agreed = asked if in_time and (reading.agrees or _goes_on(reading, asked)) else None
@@ -107,7 +107,7 @@ class Confirmation:
 
 
 def reading_of(said: Sequence[Said]) -> Reading:
-    """Return the reading of commands, the first of which waits for a yes."""
+    """Return the reading of commands, the first of which waits for a confirmation."""
     first, *then = said
     return Reading(
         text=first.text,
@@ -123,12 +123,12 @@ def reading_of(said: Sequence[Said]) -> Reading:
 
 
 def loss(order: Order, skipped: Task | None, seen: Observation) -> str:
-    """Return what would be lost by an order, as far as it is seen; "" if nothing would be.
+    """Return in words the loss that an order would cause, by observation; "" if there is none.
 
     Args:
-        order: that a person has given.
-        skipped: the task in force, where the order is to go on to the next one.
-        seen: now.
+        order: The order that a person has given.
+        skipped: The task in force, where the order is to go on to the next task.
+        seen: The present observation.
     """
     if order.correction is not None:
         return _let_go(order.correction, seen)
@@ -137,7 +137,7 @@ def loss(order: Order, skipped: Task | None, seen: Observation) -> str:
 
 
 def not_done(task: Task, seen: Observation) -> str:
-    """Return what of a grab, a clip or a cut is not seen to be done; "" if it is, or goes back."""
+    """Return in words the missing part of a grab, clip or cut; "" if done, or for a retraction."""
     if task.kind == "grab":
         return "" if pulls(seen) else "The grasper does not yet hold the gallbladder and pull."
     if task.goes_back:
@@ -146,7 +146,7 @@ def not_done(task: Task, seen: Observation) -> str:
 
 
 def lacking(task: Task, seen: Observation) -> str:
-    """Return what is not seen that should come before a cut or a way back; "" if nothing."""
+    """Return in words what lacks before a cut or a retraction, by observation; "" if nothing."""
     if task.goes_back:
         return not_done(TASKS[task.index - 2], seen)
     unclipped = task.kind == "cut" and denial((Claim(claimed="clipped"),), task, seen)
@@ -161,6 +161,6 @@ def _let_go(correction: Correction, seen: Observation) -> str:
 
 
 def _goes_on(reading: Reading, asked: Reading | None) -> bool:
-    """Return whether a person says once more to go on, where that was the question."""
+    """Return whether a person repeats the order to go on, where that was the question."""
     resumes = reading.command is not None and reading.command.word == "resume"
     return resumes and asked is not None and asked.command == reading.command

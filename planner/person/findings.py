@@ -1,4 +1,4 @@
-"""Answers about what is seen: tubes and clips, which and where they are, and the grasp."""
+"""Answer questions about observations: identity and places of tubes and clips, and the grasp."""
 
 from __future__ import annotations
 
@@ -21,18 +21,18 @@ from tissue_sim.sensing.polyline import nearest_on, place_on
 from tissue_sim.thresholds import HELD_PINCH_N
 from tissue_sim.tools.arms import LEFT_ARM, RIGHT_ARM
 
-SURELY = 0.99  # a higher probability is said to be more than this: no model is that good
+SURELY = 0.99  # a higher probability is reported as more than this: no model is that good
 AT_RISK: tuple[Thing, ...] = ("common bile duct", "hepatic artery")
 
 
 @dataclass(frozen=True, kw_only=True)
 class Asked:
-    """What a question is answered from.
+    """The input of an answer.
 
     Attributes:
-        instruction: in force.
-        seen: now.
-        about: what the question names; None if it names nothing.
+        instruction: The instruction in force.
+        seen: The present observation.
+        about: The thing that the question names; None if there is none.
     """
 
     instruction: Instruction
@@ -53,12 +53,12 @@ class Asked:
 
 
 def clips(asked: Asked) -> str:
-    """Return how many clips are on which tube."""
+    """Return in words the number of clips on each tube."""
     return f"I see {counts(asked.seen)}."
 
 
 def on(asked: Asked) -> str:
-    """Return how many clips are on the tube at hand, and how well the last one is seen."""
+    """Return in words the number of clips on the tube at hand, and the last clip's visibility."""
     tube, seen = asked.tube or asked.instruction.task.tube, asked.seen
     if tube is None:
         return f"I see {counts(seen)}."
@@ -70,7 +70,7 @@ def on(asked: Asked) -> str:
 
 
 def cut(asked: Asked) -> str:
-    """Return whether the tube that is asked about is cut, or which of both is."""
+    """Return in words whether the named tube is cut, or which of both tubes is."""
     seen = asked.seen
     if asked.tube is not None:
         is_cut = seen.severed[TUBES.index(asked.tube)]
@@ -84,7 +84,7 @@ def cut(asked: Asked) -> str:
 
 
 def held(asked: Asked) -> str:
-    """Return whether the grasper holds the gallbladder, as its motors tell."""
+    """Return in words whether the grasper holds the gallbladder, by its motor currents."""
     seen = asked.seen
     force = f"its jaws press with {max(seen.pinch_n, 0.0):.1f} N"
     if seen.pinch_n < HELD_PINCH_N:
@@ -95,14 +95,14 @@ def held(asked: Asked) -> str:
 
 
 def which(asked: Asked) -> str:
-    """Return which tube is the duct, how sure that is, and on which tube the robot works."""
+    """Return in words the duct's tube, the confidence, and the tube at which the robot works."""
     works = asked.instruction.task.tube
     at_hand = f" I work on the {structure_seen(works, asked.seen)} now." if works else ""
     return f"{_side(asked.seen)}{at_hand}"
 
 
 def _side(seen: Observation) -> str:
-    """Return which tube is the duct, with confidence and reason."""
+    """Return in words the duct's tube, with confidence and reason."""
     duct = duct_side(seen)
     near_mm, far_mm = sorted(1e3 * np.linalg.norm(from_neck_m(seen), axis=1))
     chance = side_confidence(seen)
@@ -115,7 +115,7 @@ def _side(seen: Observation) -> str:
 
 
 def where(asked: Asked) -> str:
-    """Return the way from a tip to what is asked about, in the endoscope's directions."""
+    """Return in words the way from a tip to the named thing, in the endoscope's directions."""
     about, seen = asked.about, asked.seen
     if about in ("clip", "gallbladder", "left tool"):
         return _where_points(about, seen)
@@ -124,7 +124,7 @@ def where(asked: Asked) -> str:
 
 
 def distance(asked: Asked) -> str:
-    """Return how far the right tip is from what is asked about, or from what is at risk."""
+    """Return in words the right tip's distance to the named thing, or to structures at risk."""
     if asked.tube is not None:
         return _where_line(*_line(asked), asked.seen)
     tip_m = _tip_m(RIGHT_ARM, asked.seen)
@@ -140,7 +140,7 @@ def counts(seen: Observation) -> str:
 
 
 def within_mm(std_m: Array) -> str:
-    """Return what 95 % of the errors along an axis stay below, of the median point (n,)."""
+    """Return in words the 95 % bound of the errors along an axis, of the median point (n,)."""
     return f"{2e3 * float(np.median(std_m)):.1f} mm"
 
 
@@ -178,7 +178,7 @@ def _where(name: str, place_m: Array, arm: int, seen: Observation) -> str:
 
 
 def _line(asked: Asked) -> tuple[str, Array]:
-    """Return the name and the middle line of the structure that is asked about."""
+    """Return the name and the middle line of the named structure."""
     seen = asked.seen
     if asked.tube is not None:
         return asked.name, seen.left_tube_m if asked.tube == "left" else seen.right_tube_m

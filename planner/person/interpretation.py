@@ -1,4 +1,4 @@
-"""From a command to an order: what it means at the moment at which it is given."""
+"""Interpret a command as an order: its meaning at the moment of the command."""
 
 from __future__ import annotations
 
@@ -22,15 +22,15 @@ LET_GO = correction_from_text("open left gripper")  # the only tool that holds t
 
 @dataclass(frozen=True, kw_only=True)
 class Moment:
-    """When a command is given.
+    """The moment at which a command is given.
 
     Attributes:
-        task: in force.
-        ordered: the task of the order in force; None without one, and in a hold.
-        latest: the last order, or what the planner asked for since; "repeat" and "undo" mean it.
-        corrected: the person's last order if it is a correction; "half that" means it.
-        gone_m: how far the last order has come, which "undo" takes back; None if no person's word
-            moved an arm.
+        task: The task in force.
+        ordered: The task of the order in force; None without an order, and in a hold.
+        latest: The last order, or the planner's later instruction; "repeat" and "undo" refer to it.
+        corrected: The person's last order if it is a correction; "half that" refers to it.
+        gone_m: Distance by which the last order has moved an arm, which "undo" takes back. None if
+            no person's word moved an arm.
     """
 
     seen: Observation
@@ -45,7 +45,7 @@ def order_of(said: Said, moment: Moment) -> Order:
     """Return the order that a command to act means now.
 
     Raises:
-        NotNowError: it cannot be carried out now, or a structure is not on the side that was said.
+        NotNowError: The order cannot be carried out now, or a structure is not on the named side.
     """
     _require_side(said, moment.seen)
     if said.relative is not None:
@@ -57,10 +57,10 @@ def order_of(said: Said, moment: Moment) -> Order:
 
 
 def relative_to(latest: Order | None, said: Relative, size_m: float | None = None) -> Order:
-    """Return the correction that is said by the latest one: "half that", "the other one".
+    """Return the correction that refers to the latest one: "half that", "the other one".
 
     Raises:
-        NotNowError: there is no latest correction, or none that is so much like it.
+        NotNowError: There is no latest correction, or no correction with the wanted relation.
     """
     like = latest and latest.correction
     if latest is None or like is None:
@@ -78,7 +78,7 @@ def relative_to(latest: Order | None, said: Relative, size_m: float | None = Non
 
 
 def acts_of(order: Order, seen: Observation) -> Iterator[Prohibition]:
-    """Yield what an order does that a person may have forbidden."""
+    """Yield the acts of an order that a person may have forbidden."""
     if order.correction is None:
         if order.task is not None and (act := act_of(order.task, seen)) is not None:
             yield act

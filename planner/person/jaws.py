@@ -1,4 +1,4 @@
-"""Have jaws opened or closed as a person asked? By their observed angle."""
+"""Report whether jaws have opened or closed as a person requested, by their observed angle."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from tissue_sim.thresholds import HELD_PINCH_N
 from tissue_sim.tools.arms import LEFT_ARM, RIGHT_ARM
 
 SHUT_RAD = 0.1  # jaws that are open by less are closed; assumed
-MOST = 0.5  # share of the angle that was asked for from which jaws have done so: they lag; assumed
+MOST = 0.5  # share of the requested angle at which a motion counts as done: jaws lag; assumed
 SIDES = ("left", "right")
 
 
@@ -24,15 +24,15 @@ def jaws_told(
     forbidden: Collection[str],
     withheld: str = "",
 ) -> str:
-    """Return in words what became of jaws that a person wanted opened or closed.
+    """Return in words the result of a person's order to open or close jaws.
 
     Args:
-        said: open or close, and which.
-        asked_rad: how far.
-        start_rad: (2,) angles of the jaws as it began.
-        seen: now.
-        forbidden: what a person forbade, in words.
-        withheld: why the safety filter altered the last command, in words; "" if it did not.
+        said: The correction: to open or to close, and which jaws.
+        asked_rad: The requested change of the angle.
+        start_rad: (2,) angles of the jaws as the order began.
+        seen: The present observation.
+        forbidden: Acts that a person forbade, in words.
+        withheld: Reason why the safety filter altered the last command; "" if it did not.
     """
     left = [arm for arm in said.rows if not _has_done(said, arm, asked_rad, start_rad, seen)]
     if not left:
@@ -63,7 +63,7 @@ def _why(
     forbidden: Collection[str],
     withheld: str,
 ) -> str:
-    """Return what keeps jaws, as far as it is known."""
+    """Return in words the known reason why jaws did not move as requested."""
     act = "cut" if seen.tools[RIGHT_ARM] == SCISSORS else "clip"
     bans = [ban for ban in forbidden if ban.split()[0] == act]
     if said.jaw == "close" and RIGHT_ARM in arms and bans:

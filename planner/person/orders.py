@@ -1,4 +1,4 @@
-"""A person's orders: a correction until its distance is gone, a task until done or given up."""
+"""Follow a person's order: a correction to its distance, a task until done or given up."""
 
 from __future__ import annotations
 
@@ -14,10 +14,10 @@ from tissue_sim.frames import Array
 from tissue_sim.sensing.observation import Observation
 from tissue_sim.thresholds import HELD_PINCH_N
 
-DEFAULT_M = 0.004  # a correction's distance where nobody says one; assumed
-REACHED_M = 5e-5  # this close, a distance is gone
-JAWS_S = 1.2  # how long jaws open or close where nobody says how much; assumed
-JAW_RAD_S = 0.3  # how fast; assumed
+DEFAULT_M = 0.004  # a correction's distance where a person names none; assumed
+REACHED_M = 5e-5  # remaining distance at which a correction is done
+JAWS_S = 1.2  # time for which jaws open or close where a person names none; assumed
+JAW_RAD_S = 0.3  # speed of the jaws; assumed
 SLOWEST_M_S = 0.002  # a correction that is slower than this is given up; assumed
 LEAST_S = 5.0  # before a correction is given up: an arm must get under way; assumed
 GRAB_S, HELD_S = 40.0, 3.0  # a grab is given up, and done; assumed
@@ -25,12 +25,12 @@ GRAB_S, HELD_S = 40.0, 3.0  # a grab is given up, and done; assumed
 
 @dataclass(frozen=True, kw_only=True)
 class Order:
-    """What a person has commanded.
+    """An order of a person.
 
     Attributes:
-        task: None for the planner's task at any time.
-        distance_m: how far a correction of an arm goes.
-        given_s: when it was given.
+        task: The ordered task; None for the planner's task at any time.
+        distance_m: Distance of a correction of an arm.
+        given_s: Time at which the order was given.
     """
 
     task: Task | None = None
@@ -41,7 +41,7 @@ class Order:
     given_s: float = 0.0
 
     def lasts(self, speed: float) -> str:
-        """Return in words how long it is in force, at a share of the usual speed."""
+        """Return in words how long the order is in force, at a share of the usual speed."""
         if self.hold:
             return "until something else is said"
         if self.correction is None:
@@ -52,17 +52,18 @@ class Order:
 
     @property
     def jaws_s(self) -> float:
-        """Return how long jaws open or close at the usual speed: "a bit" takes less time."""
+        """Return the time for which jaws open or close at the usual speed; "a bit" takes less."""
         return JAWS_S * self.distance_m / DEFAULT_M
 
 
 class OrderProgress:
-    """Follows one order: which task is asked for now, and whether the order is over.
+    """Follows one order: the task that it requests now, and its end.
 
-    A clip or a cut that is not seen to be done in `PATIENCE_S` is tried again from further away.
-    Once it is done, the arm goes back; before, too, if it is `leaving` another place. Tool
-    exchanges, of which the robot knows, do not count: a correction that waits for the end of one
-    begins there. Its clocks run as slowly as the arms do at the speed that a person wants.
+    A clip or a cut that is not observed as done in `PATIENCE_S` is tried again from further away.
+    After a clip or a cut the arm retracts. The arm also retracts first if it is `leaving` another
+    place. Tool exchanges, which the robot knows, do not count: a correction that waits for the end
+    of an exchange begins there. The clocks run as slowly as the arms do at the speed that a person
+    wants.
     """
 
     def __init__(self, order: Order, seen: Observation, leaving: Task | None = None) -> None:
@@ -74,7 +75,7 @@ class OrderProgress:
 
     @property
     def task(self) -> Task | None:
-        """The task to ask for now; None for the planner's."""
+        """Return the task to request now; None for the planner's task."""
         return self._stage
 
     def update(
@@ -86,14 +87,14 @@ class OrderProgress:
         forbidden: Collection[str] = (),
         withheld: str = "",
     ) -> str | None:
-        """Take in a moment; return in words how the order ended, None if it is not over.
+        """Take in one control step; return in words how the order ended, None if it has not.
 
         Args:
-            seen: now.
-            exchanging: the nurse exchanges a tool.
-            speed: share of the usual speed that a person wants.
-            forbidden: what a person forbade, in words.
-            withheld: why the safety filter altered the last command, in words; "" if it did not.
+            seen: The present observation.
+            exchanging: Whether the nurse exchanges a tool.
+            speed: Share of the usual speed that a person wants.
+            forbidden: Acts that a person forbade, in words.
+            withheld: Reason why the safety filter altered the last command; "" if it did not.
         """
         passed_s = 0.0 if exchanging else speed * max(seen.time_s - self._seen_s, 0.0)
         if exchanging:
@@ -113,11 +114,11 @@ class OrderProgress:
         return self.order.task is not None and not (self.order.hold or self.order.correction)
 
     def go_on(self, time_s: float) -> None:
-        """Let the time until now not count: something else was done."""
+        """Exclude the time until now, because another order was in force."""
         self._seen_s = time_s
 
     def left_m(self, seen: Observation) -> float | None:
-        """Return how far a correction has still to go; None if it is none of an arm."""
+        """Return the remaining distance of a correction of an arm; None for other orders."""
         correction = self.order.correction
         if correction is None or correction.direction is None:
             return None
@@ -126,12 +127,12 @@ class OrderProgress:
         return self.order.distance_m - float(moved_m @ DIRECTION_ENDOSCOPE[correction.direction])
 
     def gone_m(self, seen: Observation) -> float | None:
-        """Return how far a correction has gone; None if it is none of an arm."""
+        """Return the distance that a correction of an arm has moved; None for other orders."""
         left_m = self.left_m(seen)
         return None if left_m is None else self.order.distance_m - left_m
 
     def cut_short(self, seen: Observation) -> str:
-        """Return in words how far an order came that something else ends; "" of a hold."""
+        """Return in words the progress of an order that another word ends; "" for a hold."""
         if self.order.hold:
             return ""
         if self.order.correction is not None:
@@ -142,7 +143,7 @@ class OrderProgress:
         return _end(task, done, "something else was said")
 
     def _gone(self, seen: Observation) -> str:
-        """Return in words how much of a correction is done: "1.7 of 3 mm"."""
+        """Return in words the finished part of a correction: "1.7 of 3 mm"."""
         if (gone_m := self.gone_m(seen)) is None:
             return f"{self._lasted_s:.1f} of {self.order.jaws_s:.2g} s"
         return f"{1e3 * gone_m:.1f} of {1e3 * self.order.distance_m:.3g} mm"
@@ -175,9 +176,9 @@ class OrderProgress:
             self._done = over
             if task.goes_back:
                 return _end(task, over, "something is in the way")
-            self._go_on_with(TASKS[task.index])  # back, done or for another try
+            self._go_on_with(TASKS[task.index])  # retract, done or for another try
         elif stage != task and (over or self._stage_s > PATIENCE_S):
-            self._done |= not task.goes_back and is_done(task, seen)  # seen late
+            self._done |= not task.goes_back and is_done(task, seen)  # observed late
             if self._done or self._tries >= MOST_TRIES:
                 return _end(task, self._done, f"tried {self._tries} times")
             self._tries += 1

@@ -1,4 +1,4 @@
-"""What a person takes for so, and whether the robot sees it so."""
+"""Compare a person's claims with the observation."""
 
 from __future__ import annotations
 
@@ -23,19 +23,19 @@ REASONS: dict[Claimed, str] = {
     "held": "The gallbladder has to be held before anything is clipped.",
     "dropped": "The grasper's jaws press on nothing: it has slipped out, or they were opened.",
 }
-"""Why what is claimed was done, where it was."""
+"""The reason why a claimed act was done, where it was done."""
 ORDINALS = ("first", "second", "third")
 
 
 @dataclass(frozen=True, kw_only=True)
 class Claim:
-    """What a person takes for done or so: "the duct is cut".
+    """A claim of a person about the state: "the duct is cut".
 
     Attributes:
-        claimed: a tube is cut, or has its clips; a clip is on; the gallbladder is held, or was let
-            go.
-        on: which tube; "" for the one at hand.
-        n: how many clips are said to be on; None for the one at hand.
+        claimed: The claimed state. A tube is cut or has its clips, a clip is on, or the gallbladder
+            is held or was released.
+        on: The tube; "" for the tube at hand.
+        n: The claimed number of clips; None for the clip at hand.
     """
 
     claimed: Claimed
@@ -44,18 +44,18 @@ class Claim:
 
 
 def denial(claims: Iterable[Claim], task: Task, seen: Observation) -> str:
-    """Return what is seen instead of what a person takes for so; "" if all of it is so.
+    """Return in words the observation that contradicts a claim; "" if all claims are true.
 
     Args:
-        claims: of the person.
-        task: in force, which tells what is at hand.
-        seen: now.
+        claims: The person's claims.
+        task: The task in force, which determines the tube and clip at hand.
+        seen: The present observation.
     """
     return next(filter(None, (_denial(claim, task, seen) for claim in claims)), "")
 
 
 def clips_in_words(tube: Tube, seen: Observation) -> str:
-    """Return how many clips are seen on a tube: "no clip is on it"."""
+    """Return in words the number of clips observed on a tube: "no clip is on it"."""
     n, needed = clips_on(tube, seen), clips_needed_on(tube, seen)
     if n == 0:
         return "no clip is on it"
@@ -68,7 +68,7 @@ def _denial(claim: Claim, task: Task, seen: Observation) -> str:
     if claim.claimed in ("held", "dropped"):
         return _of_the_grasp(claim, seen)
     tubes = _tubes(claim.on, task, seen)
-    if claim.on == "" and len(tubes) > 1:  # one of them will do
+    if claim.on == "" and len(tubes) > 1:  # one of the tubes is enough
         wrong = [_of_a_tube(claim, tube, task, seen) for tube in tubes]
         return wrong[0] if all(wrong) else ""
     return next(filter(None, (_of_a_tube(claim, tube, task, seen) for tube in tubes)), "")
@@ -104,7 +104,7 @@ def _so_many(n: int) -> str:
 
 
 def _tubes(on: Where, task: Task, seen: Observation) -> tuple[Tube, ...]:
-    """Return the tubes that are meant, the one at hand if none is named."""
+    """Return the tubes that are meant; if none is named, the tube at hand."""
     if on in ("duct", "artery"):
         return (tube_of(on, seen),)
     if on in ("left tube", "right tube"):

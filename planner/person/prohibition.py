@@ -1,4 +1,4 @@
-"""What a person forbids until a person allows it again."""
+"""Define acts that a person forbids until a person allows them again."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ class Prohibition:
     """An act that must not be done.
 
     Attributes:
-        act: what.
+        act: The forbidden act.
         on: "duct", "artery", "left tube", "right tube", "left gripper" or "right gripper"; "" for
             any.
     """
@@ -36,34 +36,34 @@ class Prohibition:
 
     @property
     def text(self) -> str:
-        """Return it in words: "no cut duct"."""
+        """Return the prohibition in words: "no cut duct"."""
         return f"no {self.in_words}"
 
     @property
     def in_words(self) -> str:
-        """Return what is forbidden: "cut duct"."""
+        """Return the forbidden act in words: "cut duct"."""
         return f"{self.act} {self.on}".strip()
 
     def seen(self, observation: Observation) -> Prohibition:
-        """Return it with a tube replaced by the structure that is seen there."""
+        """Return the prohibition with a tube replaced by the structure observed there."""
         for tube in TUBES:
             if self.on == f"{tube} tube":
                 return replace(self, on=structure_seen(tube, observation))
         return self
 
     def covers(self, other: Prohibition) -> bool:
-        """Return whether who forbids, or allows, this does so for the other."""
+        """Return whether this prohibition, or allowance, includes the other one."""
         return self.act == other.act and self.on in ("", other.on)
 
     def without(self, allowed: Prohibition) -> tuple[Prohibition, ...]:
-        """Return what is left where a part is allowed: "cut" without "cut duct": "cut artery"."""
+        """Return the rest after an allowance: "cut" without "cut duct" is "cut artery"."""
         if allowed.covers(self):
             return ()
         return (replace(self, on=_OTHER[allowed.on]) if self.covers(allowed) else self,)
 
 
 def act_of(task: Task, observation: Observation) -> Prohibition | None:
-    """Return the act of a task, as it would be forbidden; None if it only grabs or goes back."""
+    """Return the act of a task as a prohibition; None if the task only grabs or retracts."""
     if task.kind not in ("clip", "cut") or task.tube is None:
         return None
     return Prohibition(act=task.kind, on=structure_seen(task.tube, observation))
@@ -72,9 +72,9 @@ def act_of(task: Task, observation: Observation) -> Prohibition | None:
 def unmeant_by(
     bans: Collection[Prohibition], task: Task, observation: Observation
 ) -> Prohibition | None:
-    """Return what a task is about to do, where bans on clips or cuts do not cover it.
+    """Return the due act of a task, where bans on clips or cuts do not cover the act.
 
-    Who forbids a clip or a cut while another one is due may mean that one.
+    A person who forbids a clip or a cut while another one is due may mean the due one.
     """
     due = act_of(task, observation)
     seen = [ban.seen(observation) for ban in bans if ban.act != "open"]
@@ -82,7 +82,7 @@ def unmeant_by(
 
 
 def already_so(ban: Prohibition, observation: Observation) -> str:
-    """Return what of a ban comes too late, by what is seen: "The duct is cut already."; or ""."""
+    """Return the part of a ban that comes too late: "The duct is cut already."; "" if none."""
     named = ban.seen(observation).on
     if ban.act == "open":
         arms = [k for k, side in enumerate(("left", "right")) if named == f"{side} gripper"]
@@ -99,7 +99,7 @@ def already_so(ban: Prohibition, observation: Observation) -> str:
 
 
 def unmeant_in_words(bans: Collection[Prohibition], due: Prohibition, seen: Observation) -> str:
-    """Return what the robot was about to do instead of what a person forbade."""
+    """Return in words the act that was due instead of the forbidden act."""
     ban = next(one for one in bans if one.act != "open").seen(seen)
     forbidden = f"the {ban.on}" if ban.act == due.act else f"to {ban.act} the {ban.on}"
     return f"I was about to {due.act} the {due.on}, not {forbidden}: that is not forbidden."

@@ -1,4 +1,4 @@
-"""Would the interlocks let a tube be clipped or cut now, and what is missing? As it is seen."""
+"""Report whether the interlocks would allow a clip or a cut of a tube now, by observation."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ CUT_GAP_M = CLIP_WIDTH_M + 2.0 * CUFF_MIN_M  # between middles of the clips besi
 
 
 def safe(asked: Asked) -> str:
-    """Return what stands against cutting a tube, and against clipping it; or that nothing does."""
+    """Return in words the obstacles to cutting and clipping a tube, or that there are none."""
     tube, seen = (
         asked.tube or asked.instruction.task.tube or _next_tube(seen=asked.seen),
         asked.seen,
@@ -62,9 +62,9 @@ def _against(name: str, act: str, forbidden: tuple[str, ...], seen: Observation)
 
 
 def gap_m(tube: Tube, seen: Observation) -> float:
-    """Return how far the middles of the two clips beside the cut are apart, along a tube at rest.
+    """Return the distance between the middles of the clips beside the cut, along a tube at rest.
 
-    These are the highest one and the next lower one.
+    These clips are the highest and the next lower one.
     """
     low, high = np.sort(_places(tube, seen))[-2:]
     return float(high - low) * float(seen.rest_length_m[TUBES.index(tube)])

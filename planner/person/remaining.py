@@ -1,4 +1,4 @@
-"""How many steps are left, and how long do they take? From the observation alone."""
+"""Estimate the remaining steps and their time, from the observation alone."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ EXCHANGE_S = 1.6
 
 
 def left(asked: Asked) -> str:
-    """Return how many steps are left, and an estimate of the time that they take."""
+    """Return in words the number of remaining steps, and an estimate of their time."""
     tasks = tasks_left(asked.instruction.task, asked.seen)
     if not tasks:
         return "No step is left: both tubes are cut, and the arm is back."
@@ -32,11 +32,11 @@ def left(asked: Asked) -> str:
 
 
 def tasks_left(task: Task, seen: Observation) -> list[Task]:
-    """Return what is not seen to be done, in the procedure's order.
+    """Return the tasks that are not observed as done, in the procedure's order.
 
     Args:
-        task: in force: a grab or a way back under way is left, too.
-        seen: now.
+        task: The task in force. A grab or a retraction under way also remains.
+        seen: The present observation.
     """
     grabs = task.kind == "grab" and not pulls(seen) and not seen.severed.all()
     returns = task.goes_back and not is_back(seen)
@@ -45,7 +45,7 @@ def tasks_left(task: Task, seen: Observation) -> list[Task]:
 
 
 def typical_s(tasks: list[Task], seen: Observation) -> float:
-    """Return how long tasks usually take, with a tool exchange or a reload for each deed."""
+    """Return the usual time of tasks, with a tool exchange or a reload for each deed."""
     deeds = sum(task.is_deed for task in tasks)
     ready = seen.clip_loaded and any(task.kind == "clip" for task in tasks[:2])
     exchanges = max(deeds - ready, 0)
@@ -53,7 +53,7 @@ def typical_s(tasks: list[Task], seen: Observation) -> float:
 
 
 def _left_on(tube: Tube, seen: Observation) -> list[Task]:
-    """Return the clips that a tube lacks and its cut, each with its way back."""
+    """Return the clips that a tube lacks and its cut, each with its retraction."""
     if seen.severed[TUBES.index(tube)]:
         return []
     n, needed = clips_on(tube, seen), clips_needed_on(tube, seen)

@@ -1,4 +1,4 @@
-"""What a person said that stands until another word: prohibitions, and how fast arms may move."""
+"""Keep a person's words that stand until other words: prohibitions, and the arms' speed."""
 
 from __future__ import annotations
 
@@ -11,15 +11,15 @@ from planner.task import Task
 from tissue_sim.sensing.observation import Observation
 
 SPEEDS = {"slower": 0.5, "half": 0.5, "normal": 1.0, "faster": 2.0}
-SLOWEST, FASTEST = 0.125, 1.0  # shares of the usual speed, which is the limits'
+SLOWEST, FASTEST = 0.125, 1.0  # shares of the usual speed, which is that of the limits
 
 
 class Standing:
-    """Keeps what is forbidden until it is allowed, and the speed until another is said.
+    """Keeps forbidden acts until they are allowed, and the speed until another is requested.
 
     Attributes:
-        forbidden: of tubes, as structures.
-        speed: share of the usual one.
+        forbidden: Forbidden acts, with tubes as structures.
+        speed: Share of the usual speed.
     """
 
     def __init__(self) -> None:
@@ -31,7 +31,7 @@ class Standing:
         self.forbidden |= {one.seen(observation) for one in acts}
 
     def allow(self, said: Prohibition, observation: Observation) -> str:
-        """Lift what an allowance covers; return it in words, "" if nothing of it was forbidden."""
+        """Lift the bans that an allowance covers; return them in words, "" if there are none."""
         allowed = said.seen(observation)
         left = {part for one in self.forbidden for part in one.without(allowed)}
         if left == self.forbidden:
@@ -42,7 +42,7 @@ class Standing:
         return f"Allowed again: {', '.join(_listed(lifted))}.{still}"
 
     def covered_by(self, said: Prohibition, observation: Observation) -> bool:
-        """Return whether an allowance would lift anything."""
+        """Return whether an allowance would lift any ban."""
         allowed = said.seen(observation)
         return any(one.without(allowed) != (one,) for one in self.forbidden)
 
@@ -58,7 +58,7 @@ class Standing:
     def applied_to(self, asked: Instruction, observation: Observation) -> Instruction:
         """Return an instruction as it is in force: both arms hold where its act is forbidden.
 
-        A person's correction is made all the same; the jaws do not act in it.
+        A person's correction is carried out all the same, but the jaws do not act.
         """
         corrected = asked.source == "human" and asked.correction is not None
         act = None if corrected or asked.hold else self.forbidden_in(asked.task, observation)

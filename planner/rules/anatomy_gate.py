@@ -1,7 +1,7 @@
-"""Have the tubes room for the procedure? From the observation alone, before the first own clip.
+"""Decide from observations whether the tubes have room for the procedure, before the first clip.
 
-The rule of `tissue_sim.outcome.room`, on what is seen: lengths of the tubes, whether they cross,
-and whether there is a third one.
+The gate applies the rule of `tissue_sim.outcome.room` to observations: the tubes' lengths, a
+crossing of the tubes, and a third tube.
 """
 
 from __future__ import annotations
@@ -23,24 +23,24 @@ SURE, DUE = 2.0, 0.5
 # Chances of a third tube. Until the gallbladder is grabbed it hides what tells one: three of 105
 # tuning patients without one had 0.6 to 0.92 before, and one of them more than 0.5 after it.
 CERTAIN, LIKELY = 0.98, 0.5
-# So far beside the duct the artery's upper end must look when the first clip is due, on the mean.
+# Least mean distance of the artery's upper end beside the duct when the first clip is due.
 # In truth 1 % of 441 operable patients have less than 2.5 mm, and no crossing artery has -1.7 mm.
-# Perception saw those that cross behind the duct 4 mm too far over: 12 of 13 below 2.1 mm.
+# Perception placed arteries that cross behind the duct 4 mm too far over: 12 of 13 below 2.1 mm.
 BESIDE_M = 0.0021
 
 
 class AnatomyGate:
     """Collects observations of one patient's tubes until the first clip, and judges them.
 
-    It judges until the first clip, and at least once when a clip or a cut of its own is due: a
-    person may have ordered others before.
+    The gate judges until the first clip. It judges at least once when the robot's own clip or cut
+    is due, because a person may have ordered others before.
     """
 
     def __init__(self) -> None:
         self._n, self._beside_m, self._judged = 0, 0.0, False
 
     def update(self, seen: Observation) -> None:
-        """Take in one observation; those after the first clip tell nothing of the room."""
+        """Take in one observation; observations after the first clip do not show the room."""
         if _is_untouched(seen):
             self._n += 1
             self._beside_m += artery_beside_m(seen)
@@ -49,8 +49,8 @@ class AnatomyGate:
         """Return why a person must be called, in a surgeon's words; None if there is no reason.
 
         Args:
-            seen: the last observation that was taken in.
-            due: a clip or a cut is next, so that what is uncertain must be decided now.
+            seen: The last observation that was taken in.
+            due: Whether a clip or a cut is next, so that uncertain cases must be decided now.
         """
         if not _is_untouched(seen) and (self._judged or not due):
             return None
@@ -80,9 +80,10 @@ def _is_untouched(seen: Observation) -> bool:
 
 
 def artery_beside_m(seen: Observation) -> float:
-    """Return how far beside the duct's line the artery's upper end lies in the endoscope's picture.
+    """Return the distance of the artery's upper end from the duct's line, in the endoscope's view.
 
-    At the tubes' mean depth; negative if it lies on the duct's other side than its lower end.
+    The distance is at the tubes' mean depth. It is negative if the upper end lies on the duct's
+    other side than the lower end.
     """
     sides = zip(TUBES, (seen.left_tube_m, seen.right_tube_m), strict=True)
     lines = {structure_seen(side, seen): line for side, line in sides}

@@ -1,4 +1,4 @@
-"""Are the tubes seen well enough to work on them? From the observation alone."""
+"""Decide whether the tubes are observed well enough for work, from the observation alone."""
 
 from __future__ import annotations
 
@@ -8,10 +8,11 @@ from planner.base import PLANNING_PERIOD_S
 from tissue_sim.sensing.observation import POINTS, Observation
 
 BLURRED_M = 0.0016
-"""From which standard deviation of half of the tubes' points these are not seen well.
+"""The standard deviation of half of the tubes' points from which the tubes are not observed well.
 
-Undisturbed it is 0.8 mm at most, and with 1.5 mm some procedures pass; with both wrists' cameras
-dead it is 1.2 to 2 mm, with nine tenths of the light lost 2 to 6 mm. Chosen on some 20 procedures.
+Undisturbed it is 0.8 mm at most, and with 1.5 mm some procedures pass. With both wrists' cameras
+dead it is 1.2 to 2 mm, with nine tenths of the light lost 2 to 6 mm. The value was chosen on some
+20 procedures.
 """
 AFTER_S = 5.0  # a tool that passes hides tubes for less; assumed
 GAP_S = 2.0 * PLANNING_PERIOD_S
@@ -19,7 +20,7 @@ UNSEEN = f"The tubes have not been seen well for {AFTER_S:.0f} s: a person must 
 
 
 class SightGate:
-    """Remembers since when the tubes have not been seen well."""
+    """Remembers since when the tubes have not been observed well."""
 
     def __init__(self) -> None:
         self._now_s, self._clear_s = -np.inf, 0.0
@@ -34,5 +35,5 @@ class SightGate:
 
     @property
     def is_lost(self) -> bool:
-        """Return whether the tubes have not been seen well for `AFTER_S`."""
+        """Return whether the tubes have not been observed well for `AFTER_S`."""
         return self._now_s - self._clear_s >= AFTER_S

@@ -1,4 +1,4 @@
-"""Have the arms come to a standstill? From the observation alone."""
+"""Decide whether the arms have come to a standstill, from the observation alone."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ STANDSTILL = f"The arms have stood still for {AFTER_S:.0f} s: a person must look
 
 
 class StandstillGate:
-    """Remembers where the arms were, each time the planner is asked."""
+    """Remembers the arms' places, each time the planner is asked."""
 
     def __init__(self) -> None:
         self._seen: deque[tuple[float, Array, Array]] = deque()
@@ -33,7 +33,7 @@ class StandstillGate:
 
     @property
     def lasts(self) -> bool:
-        """Return whether tips and jaws have stood still for `AFTER_S`, or the filter says so."""
+        """Return whether tips and jaws have stood still for `AFTER_S`, or the filter reports it."""
         if self._told:
             return True
         if self._seen[-1][0] - self._seen[0][0] < AFTER_S:

@@ -1,4 +1,4 @@
-"""For how long has a task lasted, and the grasper done its part? As the robot sees it."""
+"""Measure how long a task has lasted, and the grasper has done its part, by observation."""
 
 from __future__ import annotations
 
@@ -8,13 +8,14 @@ from tissue_sim.sensing.observation import Observation
 
 
 class TaskClock:
-    """Counts while a planner is asked; tool exchanges, in which it is not, do not count.
+    """Counts time while a planner is asked; tool exchanges, without requests, do not count.
 
     Attributes:
-        since_s: since the task in force was given.
-        pulled_s: for how long the grasper has held and pulled without a break.
-        grasped_s: for how long the grasp has surely been good without a break.
-        slipped_s: for how long the grasper has held nothing without a break; before the first cut.
+        since_s: Time since the task in force was given.
+        pulled_s: Time for which the grasper has held and pulled without a break.
+        grasped_s: Time for which the grasp has surely been good without a break.
+        slipped_s: Time for which the grasper has held nothing without a break, before the first
+            cut.
     """
 
     def __init__(self) -> None:

@@ -1,9 +1,9 @@
-"""The task gate: observed success or failure decides which task may follow the one in force.
+"""Gate tasks: observed success or failure decides which task may follow the task in force.
 
-The learned planner's network was trained where tasks change in time. Once it was late, what it had
-said before made it repeat itself: it asked for 20 s to go back from a clip with the arm back, and
-left a cut that was not made. Clips are counted, cuts and the tip are seen, so it need not guess
-these.
+The learned planner's network was trained where tasks change in time. Once the network was late, its
+own earlier instructions made it repeat itself. For 20 s it requested a retraction from a clip with
+the arm back, and it left a cut that was not made. Clips are counted, and cuts and the tip are
+observed, so the network need not guess these.
 """
 
 from __future__ import annotations
@@ -16,8 +16,9 @@ from planner.task import GRAB, TASKS, Task
 from tissue_sim.sensing.observation import Observation
 from tissue_sim.thresholds import GRASP_HOLD_S
 
-# A grasp that is seen to be good for so long is done. The judge asks for a second without a slip; a
-# planner, asked once a second, takes the first sight of it for a whole one, so that it is the next.
+# A grasp that is observed to be good for so long is done. The judge requires a second without a
+# slip. A planner, asked once a second, takes the first sight of a good grasp for a whole second, so
+# that the next sight decides.
 GRASPED_S = GRASP_HOLD_S + 0.5 * PLANNING_PERIOD_S
 SLIPPED_S = 1.5 * PLANNING_PERIOD_S  # two looks: motors err
 GRAB_S = 8.0  # a grab that takes longer is done when the planner says so; most take 5 to 7 s
@@ -26,18 +27,20 @@ GRAB_S = 8.0  # a grab that takes longer is done when the planner says so; most 
 def gate_task(asked: Task, given: Task | None, seen: Observation, clock: TaskClock) -> Task:
     """Return the task that is due where a planner asks for one.
 
-    A clip or a cut lasts until it is seen to be done, has taken too long, or the gallbladder has
-    slipped; then the arm goes back. Going back lasts until the tip is seen back, or has taken too
-    long: an arm may stop just short of it. Then follows the grab, if the gallbladder has slipped or
-    the planner says so, or the first clip or cut that is not done. A grab lasts until the grasp is
-    seen to be good, or has taken too long and the planner says so, unless it is seen to hold badly
-    or nothing. It ends at the latest when the grasper has pulled for `PATIENCE_S`.
+    A clip or a cut ends when it is observed as done, has taken too long, or the gallbladder has
+    slipped. Then the arm retracts. A retraction ends when the tip is observed as back, or has taken
+    too long, because an arm may stop just short. The grab follows if the gallbladder has slipped,
+    or the planner requests the grab. Otherwise the first clip or cut that is not done follows.
+
+    A grab ends when the grasp is observed to be good. It also ends on the planner's request, if it
+    has taken too long and the grasper is not observed to hold badly or nothing. It ends at the
+    latest when the grasper has pulled for `PATIENCE_S`.
 
     Args:
-        asked: by the planner.
-        given: the task in force; None if there is none yet.
-        seen: now.
-        clock: for how long the task has been in force, and the grasper has done its part.
+        asked: The task that the planner requests.
+        given: The task in force; None if there is none yet.
+        seen: The present observation.
+        clock: Clock of the task in force, and of the grasper's part.
     """
     slipped = clock.slipped_s >= SLIPPED_S
     if given is None or given == GRAB:

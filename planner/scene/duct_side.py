@@ -1,4 +1,4 @@
-"""Which of the two tubes is the cystic duct? From the observation alone."""
+"""Decide which of the two tubes is the cystic duct, from the observation alone."""
 
 from __future__ import annotations
 
@@ -15,26 +15,26 @@ _LEFT_END, _RIGHT_END, _NECK = TUBE_POINTS - 1, 2 * TUBE_POINTS - 1, 2 * TUBE_PO
 
 
 def duct_side(observation: Observation) -> Tube:
-    """Return the tube that is the duct: the one whose upper end is nearer to the neck.
+    """Return the tube that is the duct: the tube whose upper end is nearer to the neck.
 
-    The duct continues the gallbladder's neck and the artery enters its wall beside it, whichever of
-    them lies left.
+    The duct continues the gallbladder's neck, and the artery enters the wall beside the neck,
+    whichever of the tubes lies left.
     """
     left_m, right_m = np.linalg.norm(from_neck_m(observation), axis=1)
     return "left" if left_m <= right_m else "right"
 
 
 def from_neck_m(observation: Observation) -> Array:
-    """Return (2, 3) from the gallbladder's neck to the upper ends of the left and right tube."""
+    """Return vectors (2, 3) from the gallbladder's neck to the upper ends of both tubes."""
     ends_m = np.stack([observation.left_tube_m[-1], observation.right_tube_m[-1]])
     return ends_m - observation.sac_m[0]
 
 
 def side_confidence(observation: Observation) -> float:
-    """Return the probability that `duct_side` is right, by how well its three points are seen.
+    """Return the probability that `duct_side` is right, by the errors of its three points.
 
-    The difference of the two distances has an error whose variance is the sum of those of the
-    points along their ways; it is taken for normal.
+    The error of the two distances' difference is assumed normal. Its variance is the sum of the
+    points' variances along their ways.
     """
     off_m, std_m = from_neck_m(observation), observation.std_m
     far_m = np.linalg.norm(off_m, axis=1)
@@ -46,10 +46,10 @@ def side_confidence(observation: Observation) -> float:
 
 
 def structure_seen(tube: Tube, observation: Observation) -> Structure:
-    """Return what a tube is."""
+    """Return the structure of a tube."""
     return "duct" if tube == duct_side(observation) else "artery"
 
 
 def tube_of(structure: Structure, observation: Observation) -> Tube:
-    """Return which tube a structure is."""
+    """Return the tube of a structure."""
     return tube_where(structure, duct_side(observation))

@@ -1,4 +1,4 @@
-"""The scene in words, for a planner that reads. From the observation alone."""
+"""Describe the scene in words for a planner that reads, from the observation alone."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ AXES = (("left", "right"), ("higher", "lower"), ("further away", "nearer"))  # o
 
 
 def scene_in_words(observation: Observation) -> str:
-    """Describe tools, tubes, clips and forces; lengths in mm, directions as in the view."""
+    """Return tools, tubes, clips and forces in words; lengths in mm, directions as in the view."""
     return "\n".join(
         (
             f"Time: {observation.time_s:.0f} s.",
@@ -31,7 +31,7 @@ def scene_in_words(observation: Observation) -> str:
 
 
 def way_in_words(way_m: Array) -> str:
-    """Describe a vector (3,) of the endoscope's frame in whole mm; "right there" if it is zero."""
+    """Return a vector (3,), endoscope frame, in words in whole mm; "right there" if it is zero."""
     parts = [
         f"{abs(mm)} mm {words[0] if mm > 0 else words[1]}"
         for mm, words in zip(np.rint(1e3 * way_m).astype(int).tolist(), AXES, strict=True)

@@ -1,4 +1,4 @@
-"""What is next: on a tube, and in the whole procedure. From the observation alone."""
+"""Find the next task on a tube, and in the whole procedure, from the observation alone."""
 
 from __future__ import annotations
 
@@ -17,24 +17,24 @@ ON_TUBE_M = 0.004  # from a clip's middle to the tube's centreline; assumed, abo
 
 
 class NotNowError(ValueError):
-    """A command cannot be carried out now; the message tells a person why."""
+    """A command cannot be carried out now; the message gives a person the reason."""
 
 
 class DoneAlreadyError(NotNowError):
-    """What a command asks for is done; the message says so to a person."""
+    """A commanded act is already done; the message says so to a person."""
 
 
 def next_task(deed: Deed, tube: Tube, observation: Observation) -> Task:
     """Return the task that carries out the deed.
 
     Args:
-        deed: to clip or to cut.
-        tube: on which tube.
-        observation: the present one; the clips that a tube needs follow from its length at rest.
+        deed: The deed, to clip or to cut.
+        tube: The tube of the deed.
+        observation: The present observation. A tube's needed clips follow from its length at rest.
 
     Raises:
-        DoneAlreadyError: the tube is cut, or has all its clips.
-        NotNowError: it lacks the clips that a cut needs.
+        DoneAlreadyError: The tube is cut, or has all its clips.
+        NotNowError: The tube lacks the clips that a cut needs.
     """
     n_clips = clips_on(tube, observation)
     n_needed = clips_needed_on(tube, observation)
@@ -50,7 +50,7 @@ def next_task(deed: Deed, tube: Tube, observation: Observation) -> Task:
 
 
 def next_of_all(observation: Observation) -> Task | None:
-    """Return the procedure's first clip or cut that is not seen to be done; None if all are."""
+    """Return the procedure's first clip or cut that is not observed as done; None if all are."""
     for tube, severed in zip(TUBES, observation.severed, strict=True):
         if not severed:
             lacks = clips_on(tube, observation) < clips_needed_on(tube, observation)
@@ -61,8 +61,8 @@ def next_of_all(observation: Observation) -> Task | None:
 def clips_needed_on(tube: Tube, observation: Observation, *, stds: float = RATHER_MORE) -> int:
     """Return how many clips a tube needs by its length at rest, longer by some deviations.
 
-    A third clip on a tube that is a little too short for it usually finds its place; a tube that
-    has one too few is not done.
+    A third clip usually finds its place on a tube that is a little too short for three clips. A
+    tube with one clip too few is not done.
     """
     k = TUBES.index(tube)
     length_m = observation.rest_length_m[k] + stds * observation.rest_length_std_m[k]
@@ -75,7 +75,7 @@ def clips_on(tube: Tube, observation: Observation) -> int:
 
 
 def lying_on(tube: Tube, observation: Observation) -> NDArray[np.bool_]:
-    """Return which of the clips (n,) lie on a tube: near it, and nearer than to the other tube."""
+    """Return which clips (n,) lie on a tube: near the tube, and nearer than to the other tube."""
     clips_m = observation.clips_m[: min(observation.n_clips, MAX_CLIPS)]
     away_m = {
         "left": distance_to_line_m(clips_m, observation.left_tube_m),

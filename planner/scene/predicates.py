@@ -1,4 +1,4 @@
-"""What of a task has been done, as the robot sees it. From the observation alone."""
+"""Decide how much of a task has been done, from the observation alone."""
 
 from __future__ import annotations
 
@@ -23,23 +23,23 @@ from tissue_sim.thresholds import (
 from tissue_sim.tools.arms import LEFT_ARM
 
 # A grasp holds the gallbladder 12.6 to 16.4 mm above the lowest observed point of its axis (10
-# tuning patients; 10.9 mm in one), one that is led 8 mm too low closes at 7.3 to 7.7 mm.
+# tuning patients; 10.9 mm in one), a grasp that is led 8 mm too low closes at 7.3 to 7.7 mm.
 LOW_M = 0.0095
-GRASP_M = (0.012, 0.017)  # so high grasps hold, with the errors of what is seen
+GRASP_M = (0.012, 0.017)  # grasps at this height hold, with the errors of observations
 NEAR_M = 0.003  # of the axis: the fingers reach about it; assumed
 ASIDE_M = 0.006  # of the fingers from the axis: farther off the grasper is elsewhere; assumed
 FINGER_M = 0.006  # from the tip back to where the fingers hold; assumed
 OPEN_RAD = 0.8  # wider jaws hold nothing; assumed
-STRAIGHT = TAUT_MIN + 0.02  # surely so: straightness is seen about so wrong; assumed
+STRAIGHT = TAUT_MIN + 0.02  # surely straight: straightness is observed with this error; assumed
 SLIPPED_PINCH_N = 0.5 * HELD_PINCH_N  # surely too little: each force errs by 0.05 N; assumed
 FIRM_TRACTION_N = GRASP_MIN_TRACTION_N + 0.1  # surely enough: each axis errs by 0.05 N; assumed
 
 
 def is_done(task: Task, seen: Observation) -> bool:
-    """Return whether a clip is seen on its tube, a cut as made, or the right tip as back.
+    """Return whether a clip is observed on its tube, a cut as made, or the right tip as back.
 
     Raises:
-        ValueError: the task is to grab: whether that is done cannot be told from one observation.
+        ValueError: The task is to grab, whose success does not follow from one observation.
     """
     if task.tube is None:
         raise ValueError(f"{task.text!r} is not seen to be done")
@@ -52,12 +52,12 @@ def is_done(task: Task, seen: Observation) -> bool:
 
 
 def has_slipped(seen: Observation) -> bool:
-    """Return whether the grasper presses on nothing, as its motor tells; before the first cut."""
+    """Return whether the grasper presses on nothing, by its motor current; before the first cut."""
     return seen.pinch_n < SLIPPED_PINCH_N and not seen.severed.any()
 
 
 def pulls(seen: Observation) -> bool:
-    """Return whether the grasper holds the gallbladder and pulls, as its motors tell."""
+    """Return whether the grasper holds the gallbladder and pulls, by its motor currents."""
     firm = seen.pinch_n >= HELD_PINCH_N and traction_n(seen) >= GRASP_MIN_TRACTION_N
     return firm and not is_low(seen)
 
@@ -76,7 +76,7 @@ def is_about(seen: Observation) -> bool:
 
 
 def on_axis_m(seen: Observation) -> tuple[float, float]:
-    """Return how far up the gallbladder's axis the grasper's fingers are, and how far off it."""
+    """Return the distances of the grasper's fingers along the gallbladder's axis, and off it."""
     tip, neck_m = seen.tips_endoscope[LEFT_ARM], seen.sac_m[0]
     off_m = tip[:3, 3] - FINGER_M * tip[:3, 2] - neck_m
     along = unit(seen.sac_m[-1] - neck_m)
@@ -90,7 +90,7 @@ def traction_n(seen: Observation) -> float:
 
 
 def holds_badly(seen: Observation) -> bool:
-    """Return whether tissue is wedged between jaws that are too wide, too low, hardly pulled at."""
+    """Return whether tissue is wedged in the jaws: too wide, too low, or with hardly any pull."""
     if is_low(seen):
         return True
     wide = seen.pinch_n >= HELD_PINCH_N and seen.joints[LEFT_ARM, -1] > GRASP_MAX_JAW_RAD
@@ -98,18 +98,18 @@ def holds_badly(seen: Observation) -> bool:
 
 
 def is_grasped(seen: Observation) -> bool:
-    """Return whether the grasp surely does what it is for: both tubes are straight, and apart."""
+    """Return whether the grasp surely serves its purpose: both tubes are straight, and apart."""
     now = {name: torch.from_numpy(part[None]) for name, part in fields(seen.vector()).items()}
     straight = bool((lacking_m(seen) <= 0.0).all()) and gap_m(now).item() >= SPREAD_MIN_M
     return pulls(seen) and not holds_badly(seen) and straight
 
 
 def lacking_m(seen: Observation) -> Array:
-    """Return (2,) by how much the ends of each tube must come apart until it is surely straight."""
+    """Return the distances (2,) by which each tube's ends must part until it is surely straight."""
     chords_m = [tube_m[-1] - tube_m[0] for tube_m in (seen.left_tube_m, seen.right_tube_m)]
     return STRAIGHT * seen.rest_length_m - np.linalg.norm(chords_m, axis=1)
 
 
 def is_back(seen: Observation) -> bool:
-    """Return whether the right tip is seen as far from both tubes as going back asks for."""
+    """Return whether the right tip is observed as far from both tubes as a retraction requires."""
     return tip_to_tubes_m(seen) >= RETRACTED_M

@@ -1,1 +1,1 @@
-"""How fast, accurate and robust is each part of Calot on this machine? One file a bench."""
+"""How fast, accurate and robust is each part of Calot on this machine? Each file is one bench."""

@@ -1,4 +1,4 @@
-"""Time of a chunk of the diffusion controller on one thread, and smoothness between chunks."""
+"""Time a chunk of the diffusion controller on one thread, and measure how smoothly chunks join."""
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ def bench_controller(
     """Time one chunk with each runtime, then run episodes at each delay.
 
     Raises:
-        BadInputError: the checkpoint does not exist, or does not fit.
+        BadInputError: The checkpoint does not exist, or does not fit.
     """
     torch.set_num_threads(1)
     try:
@@ -48,7 +48,7 @@ def bench_controller(
 
 
 def _times_table(policy: Policy, repeats: int) -> Table:
-    """Time our two runtimes in alternation, so that other load affects both alike."""
+    """Time both runtimes of Calot in alternation, so that other load affects both alike."""
     sampler, inputs = Sampler(policy), example_inputs(policy.config)
     single = {name: value[0].numpy() for name, value in inputs.items()}
     ours = {"ONNX Runtime": lambda: sampler(single), "PyTorch, eager": _eager(policy, inputs)}

@@ -1,4 +1,4 @@
-"""Gain of a correction: paired, over patients on which an arm was led astray."""
+"""Measure the gain of a correction, paired over patients on which an arm was led astray."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""How exactly arms go the distance that a person says, and whether the robot tells it."""
+"""Measure how exactly arms move a commanded distance, and whether the robot reports it."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ def run_trials(config: EpisodeConfig, episodes: int, workers: int) -> list[Dista
 
 
 def distances_table(trials: Sequence[DistanceTrial]) -> Table:
-    """Return a table: corrections by when they were said, how far arms went, what was told."""
+    """Return a table: corrections by the moment of speech, distances moved, distances reported."""
     table = Table(title=f"distances, seeds {trials[0].seed} to {trials[-1].seed}")
     for heading in ("said", "times", "done", "done within 0.5 mm or 10 %", *_WORST_MM):
         table.add_column(heading, justify="left" if heading == "said" else "right")

@@ -1,4 +1,4 @@
-"""Time to read free text on one thread, by the grammar alone and with the sentence encoder."""
+"""Time the reading of free text on one thread, by grammar alone and with the sentence encoder."""
 
 from __future__ import annotations
 
@@ -14,11 +14,11 @@ from planner.language.sentence_encoder import embed
 
 ALLOWED_MS = 30.0  # assumed: less than a control step
 FRAMES = {"grammar": "could you {} please", "heads on embeddings": "could you {} forthwith"}
-"""No lexicon has the last word of the second sentence, so the encoder is used."""
+"""The last word of the second sentence is in no lexicon, so the encoder is used."""
 
 
 def bench_language(repeats: int) -> Table:
-    """Time the readings of every command, in a sentence for each way of reading."""
+    """Time the reading of every command, in one sentence for each way of reading."""
     torch.set_num_threads(1)
     interpreter = Interpreter()
     table = Table(title="text to reading, one thread")

@@ -1,8 +1,8 @@
-"""Time from submitted text to the first joint command that it changes.
+"""Measure the time from submitted text to the first joint command that it changes.
 
-The text is submitted from a separate thread, at any time within a control step of an episode that
-runs in real time, as it does behind a viewer. The episode first continues from the same snapshot
-without the text; the first command that differs is the text's effect.
+A separate thread submits the text, at any time within a control step. The episode runs in real
+time, as it does behind a viewer. The episode first continues from the same snapshot without the
+text; the first command that differs is the text's effect.
 """
 
 from __future__ import annotations
@@ -42,9 +42,9 @@ class Wait:
     """Waiting times for one text, in real time.
 
     Attributes:
-        read_s: until the text was read and queued.
-        changed_s: until the step with the first changed command was done; None where none changed
-            within `WITHIN_STEPS`, as after a stop of arms that stand still.
+        read_s: Time until the text was read and queued.
+        changed_s: Time until the step with the first changed command was done. None if no command
+            changed within `WITHIN_STEPS`, as after a stop of arms that stand still.
     """
 
     read_s: float

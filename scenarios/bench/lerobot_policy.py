@@ -1,4 +1,4 @@
-"""LeRobot's diffusion policy, to compare ours with it."""
+"""LeRobot's diffusion policy, for a comparison with Calot's."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Whether words are obeyed: each correction, and the instruction to clip the other tube."""
+"""Check whether the controller obeys each correction, and the order to clip the other tube."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ def run_trials(
 
 
 def obedience_table(trials: Sequence[ObedienceTrial]) -> Table:
-    """Return how often each correction was obeyed, and how often the other tube was chosen.
+    """Return how often each correction was obeyed, and how often the instructed tube was chosen.
 
     A correction that was withheld (see `CorrectionResponse`) counts as not obeyed.
     """

@@ -1,4 +1,4 @@
-"""How many cores other processes use: without a free core, a second thread gains nothing."""
+"""Measure how many cores other processes use: a second thread gains nothing without a free core."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ COLUMNS = 8
 
 
 class OtherWork:
-    """`cores`: mean number of cores that others used in a `with` block; set when it ends."""
+    """`cores`: mean number of cores that other processes used in a `with` block; set at its end."""
 
     cores: float
 

@@ -1,4 +1,4 @@
-"""Accuracy of a learned planner on rollouts that it was not trained on, and its speed."""
+"""Measure a learned planner's accuracy on rollouts outside its training set, and its speed."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ def bench_planner(checkpoint: Path | None, data: Sequence[Path]) -> Table:
     """Score the planner on the rollouts of learned controllers in these datasets.
 
     Raises:
-        BadInputError: the checkpoint does not fit, or the data holds no such rollout.
+        BadInputError: The checkpoint does not fit, or the data holds no such rollout.
     """
     torch.set_num_threads(1)
     try:

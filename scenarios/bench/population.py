@@ -1,4 +1,4 @@
-"""The patients that the seeds draw beside the published ones: means, spreads, ranges, shares."""
+"""Compare the drawn patients with the published ones: means, spreads, ranges, shares."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ TITLES = {name: name.removesuffix("_m").replace("_", " ") for name in PUBLISHED}
 
 @dataclass(frozen=True, kw_only=True)
 class PublishedShare:
-    """A share of patients: the lowest and the highest that sources report, and who belongs to it.
+    """A share of patients: the lowest and highest reported value, and the test of membership.
 
     The sources are beside the numbers in `tissue_sim.patient.population` and in docs/physics.md.
     """
@@ -82,7 +82,7 @@ def drawn(seed: int, patients: int) -> tuple[Anatomy, ...]:
 
 
 def population_table(patients: Sequence[Anatomy]) -> Table:
-    """Return a table of what is published and what was drawn."""
+    """Return a table of the published and the drawn values."""
     table = Table(
         title=f"{len(patients)} patients, seeds {patients[0].seed} to {patients[-1].seed}"
     )

@@ -1,4 +1,4 @@
-"""Whether the safety filter keeps the instruments out of the keep-outs, and its speed."""
+"""Check that the safety filter keeps the instruments out of the keep-outs, and time the filter."""
 
 from __future__ import annotations
 

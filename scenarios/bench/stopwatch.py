@@ -1,4 +1,4 @@
-"""Measure the time of a function and of its stages as it runs."""
+"""Measure the time of a function and of its stages while the function runs."""
 
 from collections.abc import Callable
 from time import perf_counter
@@ -8,7 +8,7 @@ REST = "the rest"
 
 
 class Stopwatch:
-    """Times each call of one function, and of the stages that it calls.
+    """Times each call of one function, and of the stages that the function calls.
 
     Calls are passed on unchanged; leaving the `with` block restores the functions. A stage's time
     excludes that of the stages inside it; `REST` is the time in no stage. Calls of a stage from

@@ -1,6 +1,6 @@
-"""Cost of an open page for the loop, and a person's waiting times, in a real browser.
+"""Measure the cost of an open page for the loop, and a person's waiting times, in a real browser.
 
-Both are measured in one run on one machine; the browser draws in software beside the loop.
+One run on one machine measures both; the browser draws in software beside the loop.
 """
 
 from __future__ import annotations
@@ -55,7 +55,7 @@ def bench_viewer(*, seed: int, repeats: int, clicks: int) -> tuple[Table, Table]
     median of the pairs' losses, because other load is similar for runs close in time.
 
     Raises:
-        BadInputError: no browser can be used.
+        BadInputError: No browser can be used.
     """
     if missing():
         raise BadInputError(missing())
@@ -108,11 +108,11 @@ def _steps(session: SessionState, episode: Episode) -> Iterator[np.ndarray]:
 
 
 class _Loop:
-    """An episode in real time in a separate thread, and when its commands change.
+    """An episode in real time in a separate thread, and the times at which its commands change.
 
     Attributes:
-        changed_s: when a command last differed from the previous one.
-        still: number of steps since then.
+        changed_s: Time at which a command last differed from the previous one.
+        still: Number of steps since then.
     """
 
     def __init__(self, session: SessionState) -> None:

@@ -1,4 +1,4 @@
-"""The page in the browser, for commands that open one."""
+"""Serve the page in the browser, for commands that open one."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ def page_of(
     """Serve the page while the block lasts, and print its address.
 
     Raises:
-        BadInputError: the page cannot be served on this port.
+        BadInputError: The page cannot be served on this port.
     """
     from scenarios.viewer.serving.open_page import serve
     from scenarios.viewer.serving.page_process import PageProcess

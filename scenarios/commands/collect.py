@@ -11,7 +11,7 @@ from typing import Annotated
 
 from tyro.conf import arg
 
-from scenarios.catalogue import PERCEIVING, SENSES
+from scenarios.catalogue import SENSES
 from scenarios.commands.collected import broken_lines, written_or_refused
 from scenarios.commands.options.arguments import MOST_SEED, MOST_WORKERS, at_least, one_of
 from scenarios.commands.options.checkpoint_option import (
@@ -45,7 +45,7 @@ from scenarios.files.outside_text import Terminal
 from scenarios.loop.progress import ProgressDisplay
 from scenarios.workers.pool import run_side_by_side
 
-WITHOUT_PICTURES = tuple(name for name in SENSES if name not in PERCEIVING)
+WITHOUT_PICTURES = tuple(name for name, sense in SENSES.items() if not sense.renders)
 
 
 @dataclass(frozen=True, kw_only=True)

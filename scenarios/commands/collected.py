@@ -1,4 +1,4 @@
-"""What `calot collect` makes of an episode that was written, could not be, or broke off."""
+"""The report of `calot collect` on written, unwritable and interrupted episodes."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ def written_or_refused(outcome: DemonstrationOutcome) -> DemonstrationOutcome:
     """Return the outcome of an episode that was written.
 
     Raises:
-        BadInputError: there was no room for it.
+        BadInputError: The disk has no room for the episode.
     """
     if outcome.unwritable:
         raise BadInputError(

@@ -1,4 +1,4 @@
-"""`calot doctor`: show what this machine can do."""
+"""`calot doctor`: show the abilities of this machine."""
 
 import json
 import os

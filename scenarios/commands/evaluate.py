@@ -1,4 +1,4 @@
-"""`calot evaluate`: suites of conditions, and arms compared on the same patients."""
+"""`calot evaluate`: suites of conditions, and systems compared on the same patients."""
 
 from __future__ import annotations
 
@@ -58,8 +58,8 @@ DEFAULT = arm_from_text(f"{EpisodeConfig.planner}+{EpisodeConfig.controller}")
 class Evaluate:
     """Compare arms on the same patients; continue where an earlier call stopped.
 
-    Exit code: 0 done, 1 a pass rate is below --fail-under, 2 bad input or a full disk, 3 some
-    episodes ended in error, 130 interrupted.
+    Exit code: 0 done, 1 a pass rate is below --fail-under, 2 bad input or a full disk, 3 errors in
+    episodes, 130 interrupted.
     """
 
     arms: Annotated[tuple[StudyArm, ...], some_arms()] = (DEFAULT,)
@@ -82,13 +82,13 @@ class Evaluate:
     """Exit with 1 if an arm passes less than this share, 0 to 1, of a suite, ladders left out."""
 
     def execute(self) -> int:
-        """Run what is not finished, and report; return the exit code."""
+        """Run the unfinished episodes, and report; return the exit code."""
         self._require_possible()
         with claimed(self.out, "--out"):
             return self._continue()
 
     def _continue(self) -> int:
-        """Run what is not finished, and report; return the exit code."""
+        """Run the unfinished episodes, and report; return the exit code."""
         from scenarios.evaluation.folder import finished, open_folder
         from scenarios.evaluation.plan import Plan
 
@@ -155,7 +155,7 @@ class Evaluate:
     def _note(self, ended: Ended) -> None:
         from scenarios.evaluation.folder import note
 
-        if ended.result.error is not None:  # it will run again
+        if ended.result.error is not None:  # the episode will run again
             return
         try:
             note(self.out, ended.case)
@@ -165,7 +165,7 @@ class Evaluate:
     def _ended(self, due: Sequence[Case], display: ProgressDisplay) -> Generator[Ended, None, None]:
         from scenarios.evaluation.case import after_death, attempt
 
-        outside = any(case.config.has_outside_policy for case in due)  # it may end its process
+        outside = any(case.config.outside for case in due)  # it may end its process
         if self.workers > 1 or self.cluster is not None or outside:
             yield from run_side_by_side(
                 partial(attempt, out=self.out), due, self.workers, after_death, self.cluster
@@ -182,7 +182,7 @@ class Evaluate:
         from scenarios.evaluation.report import document, report_of
         from scenarios.evaluation.terminal_tables import tables
 
-        open_folder(self.out, self.arms)  # it may have vanished
+        open_folder(self.out, self.arms)  # the folder may have vanished
         report, made_with = report_of(plan, results, self.out), self._made_with()
         told = {**document(report, made_with), "recordings": read_sums(self.out)}
         self._write(RESULTS, dumps(told, indent=2) + "\n")
@@ -231,7 +231,7 @@ class Evaluate:
 
 @contextmanager
 def _named(arm: StudyArm) -> Iterator[None]:
-    """Let what is refused name the arm, and options in the form that arms have."""
+    """Name the system in error messages, and its options in the form that systems have."""
     try:
         yield
     except BadInputError as error:

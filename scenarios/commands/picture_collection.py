@@ -1,4 +1,4 @@
-"""Collecting labelled pictures for `calot collect --pictures`."""
+"""Collect labelled pictures for `calot collect --pictures`."""
 
 from __future__ import annotations
 
@@ -19,11 +19,11 @@ from scenarios.loop.progress import ProgressDisplay
 def collect_pictures(first_seed: int, episodes: int, out: Path, checkpoint: str = "") -> int:
     """Take the missing labelled pictures, and report; return the exit code.
 
-    An episode that broke off has none, and is tried again by the next call.
+    An interrupted episode leaves no pictures; the next call tries it again.
 
     Raises:
-        BadInputError: there is no renderer, too few training seeds are left, the pictures in `out`
-            were made in another way, or the disk is full.
+        BadInputError: There is no renderer, or too few training seeds are left. The pictures in
+            `out` were made in another way, or the disk is full.
     """
     require_renderer("--pictures")
     asked = pictured(first_seed, episodes, checkpoint)

@@ -43,9 +43,9 @@ class Replay:
     """Run a recorded episode again, and say whether it is identical.
 
     The recorded commands go through the world; with --verify, planner, controller and filter decide
-    again. Exit code: 0 identical to the bit; 1 different; 2 bad input or a file that is refused; 3
-    a worker died; 130 interrupted before all was replayed, identical so far. Of several files, the
-    largest code counts.
+    again. Exit code: 0 identical to the bit; 1 different; 2 bad input or a refused file; 3 a worker
+    died. Exit code 130: interrupted before the end, identical so far. Of several files, the largest
+    code counts.
     """
 
     files: Annotated[Positional[tuple[Path, ...]], arg(metavar="FILE")]
@@ -56,6 +56,8 @@ class Replay:
     """Your own planner, which --verify may run where a recording names it."""
     controller: Annotated[str | None, arg(metavar="MODULE:FACTORY")] = None
     """Your own controller, likewise."""
+    sense: Annotated[str | None, arg(metavar="MODULE:FACTORY")] = None
+    """Your own sense, likewise."""
     trust: bool = False
     """Let --verify run whatever code a recording names: only for recordings of your own."""
     workers: Annotated[int, at_least(1, MOST_WORKERS)] = 1
@@ -83,8 +85,8 @@ class Replay:
     def _require_possible(self) -> None:
         if self.verify and (self.view or self.export or self.beside):
             raise BadInputError("--verify cannot be combined with --view, --export or --beside")
-        if not self.verify and (self.planner or self.controller or self.trust):
-            raise BadInputError("--planner, --controller and --trust need --verify")
+        if not self.verify and (self.planner or self.controller or self.sense or self.trust):
+            raise BadInputError("--planner, --controller, --sense and --trust need --verify")
         if not self.verify and len(self.files) != 1:
             raise BadInputError(
                 f"give one FILE, got {len(self.files)}; only --verify takes several"
@@ -128,7 +130,7 @@ class Replay:
         return files
 
     def _verdicts(self, files: Sequence[Path]) -> Generator[Verdict, None, None]:
-        named = (self.planner, self.controller)
+        named = (self.planner, self.controller, self.sense)
         check = partial(verify, allowed=None if self.trust else frozenset(filter(None, named)))
         if self.workers > 1:
             yield from run_side_by_side(check, files, self.workers, lost)

@@ -65,8 +65,8 @@ VIDEO_SUFFIX = ".mp4"
 class Run(EpisodeOptions):
     """Run one or more autonomous episodes.
 
-    Exit code: 0 all passed or rightly called for a person, 1 some failed or called without need, 2
-    bad input or a full disk, 3 some ended in error, 130 interrupted.
+    Exit code: 0 all passed or rightly called for a person, 1 some failed or called without need.
+    Exit code 2: bad input or a full disk; 3: some ended in error; 130: interrupted.
     """
 
     instruct: Annotated[Path | None, arg(metavar="FILE")] = None
@@ -118,7 +118,7 @@ class Run(EpisodeOptions):
             _say(output(), f"interrupted after {len(finished)} of {self.episodes} episodes")
             return INTERRUPTED
         except BadInputError:
-            if finished:  # the disk was full later
+            if finished:  # the disk became full after some finished episodes
                 self._report(finished)
             raise
         self._report(finished)
@@ -216,7 +216,7 @@ class Run(EpisodeOptions):
     ) -> Generator[Attempt, None, None]:
         configs = self._configs()
         alone = bool(session or self.video or self.save_interventions)  # they watch each step
-        outside = self.first_config().has_outside_policy and not alone
+        outside = bool(self.first_config().outside) and not alone
         if self.workers > 1 or self.cluster is not None or outside:
             attempt = partial(attempt_and_keep, out=self.out)
             yield from run_side_by_side(attempt, configs, self.workers, _lost, self.cluster)
@@ -266,7 +266,7 @@ def _no_room(unwritable: str) -> BadInputError:
 
 
 def _lost(config: EpisodeConfig, error: WorkerDiedError) -> Attempt:
-    """Return the attempt of an episode whose process died."""
+    """Return the attempt of an episode that ended by the death of its process."""
     return Attempt(result=broken_off(config, error))
 
 
@@ -295,7 +295,7 @@ def _trace_lines(episodes: Sequence[EpisodeResult], out: Path) -> list[str]:
 
 
 def unsaid_lines(episodes: Sequence[EpisodeResult], script: Sequence[Timed]) -> Iterator[str]:
-    """Yield a line for each episode that ended, and did not break off, before all was said."""
+    """Yield a line for each completed episode that ended before all its script was said."""
     for episode in (episode for episode in episodes if episode.error is None):
         end_s = episode.procedure_time_s + episode.exchange_time_s
         if unsaid := sum(timed.time_s > end_s for timed in script):

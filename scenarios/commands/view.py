@@ -38,7 +38,7 @@ class View(EpisodeOptions):
     """Whether to start at once, and not when somebody presses Start."""
 
     def execute(self) -> int:
-        """Serve the page until a signal; return 0 if it comes between two episodes."""
+        """Serve the page until a signal; return 0 if the signal comes between two episodes."""
         self.require_episode()
         require_writable_folder(self.out, "--out")
         if self.camera:

@@ -1,6 +1,7 @@
-"""Is what a folder holds made as what is to join it? Else nobody would know what a set is of.
+"""Check that a folder's episodes were made in the same way as those that join it.
 
-What an older version of Calot wrote does not tell its sense and checkpoints: anything may join it.
+Without the check nobody would know the origin of a data set. Files of older versions of Calot do
+not record their sense and checkpoints: anything may join them.
 """
 
 from __future__ import annotations
@@ -30,7 +31,7 @@ def headers_in(out: Path) -> Iterator[tuple[Path, Header]]:
     """Yield the parts in a folder, failed ones too, with their headers.
 
     Raises:
-        BadInputError: a part is damaged, or of another schema or world.
+        BadInputError: A part is damaged, or of another schema or world.
     """
     from controller.dataset.part import header_of
 
@@ -42,12 +43,12 @@ def headers_in(out: Path) -> Iterator[tuple[Path, Header]]:
 
 
 def require_alike(out: Path, asked: Sequence[PlannedDemonstration], cameras: Sequence[str]) -> None:
-    """Check that a folder's episodes were made as those that are asked for, which may be none.
+    """Check that a folder's episodes were made like the requested ones, which may be none.
 
-    Episodes of one kind are by the same checkpoints.
+    Episodes of one kind share their checkpoints.
 
     Raises:
-        BadInputError: cameras, sense or checkpoints differ, or a part cannot be read.
+        BadInputError: Cameras, sense or checkpoints differ, or a part cannot be read.
     """
     made = {d.family: checkpoints_of(d) for d in {d.family: d for d in asked}.values()}
     for part, header in headers_in(out):
@@ -71,7 +72,8 @@ def require_joinable(out: Path, sense: str) -> None:
     """Check that interventions may join a folder's episodes.
 
     Raises:
-        BadInputError: those were filmed or of another sense, or a part cannot be read.
+        BadInputError: The folder's episodes were filmed or have another sense, or a part cannot be
+            read.
     """
     for part, header in headers_in(out):
         if header.cameras:
@@ -87,7 +89,7 @@ def require_pictures_alike(out: Path, asked: Sequence[PlannedDemonstration]) -> 
     """Check that a folder's pictures are of this world, and of the same learned controller.
 
     Raises:
-        BadInputError: they are not, or a file cannot be read.
+        BadInputError: World or controller differ, or a file cannot be read.
     """
     learned = next((d for d in asked if d.is_rollout), None)
     for path in sorted(out.glob("*.npz")):

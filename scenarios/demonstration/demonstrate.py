@@ -45,9 +45,9 @@ class DemonstrationOutcome:
     """Result of a demonstration.
 
     Attributes:
-        success: whether the procedure succeeded; of failed ones only rollouts enter the dataset.
-        error: why it broke off; None if it did not.
-        unwritable: why its file could not be written; None if it could.
+        success: Whether the procedure succeeded; of failed ones only rollouts enter the dataset.
+        error: The error that broke the episode off; None for none.
+        unwritable: The reason why the file could not be written; None if it was written.
     """
 
     demonstration: PlannedDemonstration
@@ -64,20 +64,20 @@ def part_path(demonstration: PlannedDemonstration, out: Path, folder: str = PART
 
 
 def trace_path(demonstration: PlannedDemonstration, out: Path) -> Path:
-    """Return the path of the traceback of one that broke off."""
+    """Return the path of the traceback of a demonstration that broke off."""
     return out / ERRORS / f"{demonstration.name}.txt"
 
 
 def is_finished(demonstration: PlannedDemonstration, out: Path) -> bool:
-    """Return whether its file exists, passed or failed; one that broke off has none."""
+    """Return whether the file exists, passed or failed; an interrupted demonstration has none."""
     return any(part_path(demonstration, out, f).exists() for f in (PARTS, FAILED))
 
 
 def demonstrate(demonstration: PlannedDemonstration, out: Path) -> DemonstrationOutcome:
-    """Run it and write its file to `out`; an exception in the episode becomes its error."""
+    """Run a demonstration and write its file to `out`; an exception in it becomes its error."""
     os.environ.setdefault("OMP_NUM_THREADS", "1")  # small tensors: more threads are slower
     with importing():
-        import scenarios.run_episode  # noqa: F401  # with all that an episode needs
+        import scenarios.run_episode  # noqa: F401  # with all imports of an episode
         from controller.dataset.part import part_bytes
 
     start_s, part = time.perf_counter(), part_path(demonstration, out)
@@ -105,7 +105,7 @@ def demonstrate(demonstration: PlannedDemonstration, out: Path) -> Demonstration
 
 
 def _move_videos(demonstration: PlannedDemonstration, part: Path, path: Path) -> None:
-    """Move the videos that were filmed beside `part` to where its frames belong."""
+    """Move the videos from beside `part` to the folder of its frames."""
     from controller.dataset.part import video_path
 
     path.parent.mkdir(parents=True, exist_ok=True)
@@ -146,7 +146,7 @@ def run(demonstration: PlannedDemonstration, part: Path) -> Demonstrated:
 
 @contextmanager
 def _filming(cameras: Sequence[str], part: Path) -> Iterator[list[Observer]]:
-    """Yield who films, if there are cameras."""
+    """Yield the filming observers; none without cameras."""
     if not cameras:
         yield []
         return
@@ -157,7 +157,7 @@ def _filming(cameras: Sequence[str], part: Path) -> Iterator[list[Observer]]:
 
 
 def begun(demonstration: PlannedDemonstration, *, render: bool = False) -> Running:
-    """Return the episode of a demonstration, with what goes wrong in it arranged."""
+    """Return the episode of a demonstration, with its planned failures arranged."""
     import numpy as np
 
     from scenarios.demonstration.failures import failures
@@ -190,7 +190,7 @@ def checkpoints_of(demonstration: PlannedDemonstration) -> dict[str, str]:
     """Return the SHA-256 of the checkpoint of each learned policy in it, by role.
 
     Raises:
-        CheckpointError, OSError: as `checkpoint_digests`.
+        CheckpointError, OSError: As `checkpoint_digests`.
     """
     from scenarios.loop.episode_config import EpisodeConfig
     from scenarios.recording.checkpoint_digests import checkpoint_digests
@@ -203,7 +203,7 @@ def checkpoints_of(demonstration: PlannedDemonstration) -> dict[str, str]:
 
 
 def _choices(demonstration: PlannedDemonstration) -> dict[str, Any]:
-    """Return who plans, who moves, and how they observe, as `EpisodeConfig` takes them."""
+    """Return planner, controller and sense, as `EpisodeConfig` takes them."""
     chosen = WITNESS | {"sense": demonstration.sense}
     if demonstration.is_rollout:
         chosen |= {"controller": "diffusion", "checkpoint": demonstration.checkpoint}
@@ -215,10 +215,11 @@ def _choices(demonstration: PlannedDemonstration) -> dict[str, Any]:
 def _planner(
     demonstration: PlannedDemonstration, config: EpisodeConfig, world: World, rng: Generator
 ) -> Planner[Observation]:
-    """Return the planner; a learned controller hears of the next task no sooner than in a run.
+    """Return the planner; a learned controller gets the next task no sooner than in a run.
 
-    In every other noisy demonstration the expert hears no sooner either: going back does not end
-    where it may end, or a policy that sees it uncertainly would stop just there.
+    In every other noisy demonstration the expert gets the next task no sooner either. The
+    retraction then does not end at its earliest possible end. Otherwise a policy with an uncertain
+    observation would stop just there.
     """
     from planner.instruction import TASKS
     from planner.scripted import PlannerScripted
@@ -263,7 +264,7 @@ def failures_of(result: EpisodeResult) -> list[str]:
 def written(
     outcome: DemonstrationOutcome, path: Path, *writes: Callable[[], object]
 ) -> DemonstrationOutcome:
-    """Write a demonstration's file `path`; return its outcome, which tells what failed."""
+    """Write a demonstration's file `path`; return its outcome, which names failures."""
     try:
         with saving():
             for write in writes:

@@ -1,4 +1,4 @@
-"""Records an episode as training data, frame by frame."""
+"""Record an episode as training data, frame by frame."""
 
 from __future__ import annotations
 
@@ -33,13 +33,13 @@ class DemonstrationRecorder:
     """Observes one episode of the expert, of a learned controller, or of both in turns.
 
     Attributes:
-        result: the episode's, once it has ended.
+        result: The episode's result, once the episode has ended.
     """
 
     def __init__(self, expert_acts: Callable[[], bool], filmed: bool = False) -> None:
         """Begin without frames; `expert_acts` says whether the last motions are the expert's.
 
-        Where cameras film the episode, the columns leave the tissue to the pictures.
+        If cameras film the episode, the columns omit the tissue, which is in the pictures.
         """
         self._expert_acts, self._filmed = expert_acts, filmed
         self.result: EpisodeResult | None = None
@@ -73,7 +73,7 @@ class DemonstrationRecorder:
         Another thread may add steps meanwhile; their frames are left out.
 
         Raises:
-            ValueError: there is no frame yet.
+            ValueError: There is no frame yet.
         """
         frames = list(self._frames)
         if not frames:
@@ -121,7 +121,7 @@ class DemonstrationRecorder:
         }
 
     def _labels(self, frames: Sequence[dict[str, Any]]) -> tuple[list[str], list[bool]]:
-        """Return the correction of each frame, and whether it is needed."""
+        """Return the correction of each frame, and whether the correction is needed."""
         corrections, flags = [], []
         for k, frame in enumerate(frames):
             wanted = _motion_in_words(frames, k) if frame["failed"] else ""

@@ -1,4 +1,4 @@
-"""Failures, caused on purpose or by themselves, and whether they persist."""
+"""Cause failures on purpose, find unplanned ones, and track which failures persist."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ from tissue_sim.thresholds import CLIPS_LEFT_MAX
 from tissue_sim.tools.arms import LEFT_ARM, RIGHT_ARM
 from tissue_sim.world import World
 
-MAX_FAILURES = 3  # in an episode, each in a different task; of dropped clips fewer: more injure
+MAX_FAILURES = 3  # in an episode, each in a different task; fewer dropped clips: more injure
 WEAKEST = 0.5  # smallest share of the scenario's magnitude
 SLIP, HOOK, DROP = "grasp-slip", "grasp-hooked", "clip-dropped"
 PAST_M = 0.001  # of the tube, half of the weakest overshoot
@@ -66,7 +66,7 @@ class FailureTracker:
         return any(name != SLIP or not gallbladder_held(world) for name in self._names)
 
     def _unplanned(self, world: World) -> set[str]:
-        """Return failures that were not planned: the grasp was lost, or the grasper is hooked."""
+        """Return unplanned failures: the grasp was lost, or the grasper is hooked."""
         self._grasped |= gallbladder_grasped(world)
         lost = self._grasped and not gallbladder_held(world)
         self._grasped &= not lost

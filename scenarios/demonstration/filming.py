@@ -1,4 +1,4 @@
-"""Films an episode for a dataset: what cameras show before each of its frames."""
+"""Film an episode for a dataset: the cameras' pictures before each of its frames."""
 
 from __future__ import annotations
 

@@ -1,6 +1,6 @@
-"""A planner that randomly gives one of the 18 corrections, to have it demonstrated.
+"""A planner that randomly gives one of the 18 corrections, so that the expert demonstrates them.
 
-SRT-H's controller gets one string; while it is a correction, the task waits.
+SRT-H's controller gets one string; during a correction, the task waits.
 """
 
 from __future__ import annotations
@@ -41,7 +41,7 @@ WAITING_MAX_RAD = 0.2  # right jaws at work are open wider
 class PlannerInterjecting:
     """Passes on another planner's instructions, with random corrections.
 
-    The other planner's clock stands still meanwhile: a task that waits has not failed.
+    The other planner's clock stops during a correction: a task that waits has not failed.
     """
 
     privileged = True
@@ -79,13 +79,13 @@ class PlannerInterjecting:
 
 
 def is_harmless(correction: Correction, world: World) -> bool:
-    """Return whether it can be carried out now without injury or violated interlock."""
+    """Return whether the correction can be carried out now without injury or violated interlock."""
     arms = ("left", "right") if correction.arm == "both" else (correction.arm,)
     return all(_ALLOWED[arm, correction.jaw](world) for arm in arms)
 
 
 def _grasper_may_open(world: World) -> bool:
-    """Return whether the grasper can open: what it releases must be possible to grasp again."""
+    """Return whether the grasper can open, so that it can grasp the released tissue again."""
     return not gallbladder_held(world) or not world.record.clips
 
 

@@ -1,6 +1,6 @@
-"""Saves episodes in which a person intervened as a growing dataset.
+"""Save episodes in which a person intervened as a growing dataset.
 
-As in YAY Robot (Shi et al., arXiv 2403.12910), what a person says trains the planner.
+As in YAY Robot (Shi et al., arXiv 2403.12910), a person's words train the planner.
 """
 
 from __future__ import annotations
@@ -33,16 +33,16 @@ _WRITING = Lock()  # a data set is written by one thread at a time
 class Interventions:
     """Observes episodes that differ in their seeds, and saves completed ones with an intervention.
 
-    Guiding an arm is an intervention; commands such as stop and resume alone are not, and nothing
-    is during a hold, of which no frame is kept.
+    Guiding an arm is an intervention. Commands such as stop and resume alone are none. Nothing is
+    an intervention during a hold, of which no frame is kept.
 
     Attributes:
-        intervened: whether a person has intervened in the current episode.
-        unsaved: why the last completed episode could not be saved; "" if it could, or need not be.
+        intervened: Whether a person has intervened in the current episode.
+        unsaved: The reason why the last completed episode could not be saved; "" for none.
     """
 
     def __init__(self, out: Path, config: EpisodeConfig) -> None:
-        """Save to `out`; of the controllers' motions the expert's are to be imitated."""
+        """Save to `out`; of the controllers' motions only the expert's are to be imitated."""
         self._out, self._config = out, config
         self._expert = config.controller == WITNESS["controller"]
         self.intervened, self.unsaved = False, ""
@@ -61,7 +61,7 @@ class Interventions:
         self.intervened |= by_person and is_frame(step)
 
     def on_end(self, result: EpisodeResult) -> None:
-        """Save the episode with its result, which stays what it is if there is no room to."""
+        """Save the episode with its result; a full disk leaves the result unchanged."""
         try:
             with saving():
                 self.save(result.success, failures_of(result))
@@ -72,11 +72,11 @@ class Interventions:
         """Save the episode so far to a file and the dataset; return None without intervention.
 
         A later save of the same episode replaces the earlier one. Any thread may save while another
-        one adds steps, which does not wait.
+        thread adds steps; the other thread does not wait.
 
         Raises:
-            OSError: the file cannot be written.
-            ValueError: the folder holds parts that do not fit, or the seed is none of training.
+            OSError: The file cannot be written.
+            ValueError: The folder holds parts that do not fit, or the seed is none of training.
         """
         if not self.intervened:
             return None

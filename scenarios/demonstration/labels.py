@@ -1,9 +1,9 @@
 """Label a motion with the correction that describes it, as SRT-H does.
 
 The label is the arm and endoscope axis whose change over the window is the largest multiple of its
-threshold; jaws count when no arm moves beyond its threshold. SRT-H uses 10 samples at 30 Hz; here
-the window is the next second, in which the planner's instruction holds. Thresholds are SRT-H's
-(lab code); the jaws' threshold is the middle of its range.
+threshold. Jaws count when no arm moves beyond its threshold. SRT-H uses 10 samples at 30 Hz; here
+the window is the next second, in which the planner's instruction holds. Thresholds are SRT-H's (lab
+code); the jaws' threshold is the middle of its range.
 """
 
 from __future__ import annotations

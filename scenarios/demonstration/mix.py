@@ -1,4 +1,4 @@
-"""Which episodes are demonstrated: seed and mix determine each one."""
+"""The plan of demonstrations: seed and mix determine each episode."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ RECOVERIES = (
 NOMINAL, RECOVERY, CORRECTION = "nominal", "recovery", "correction"
 ORDER, TURNS = "order", "turns"
 ROLLOUT = "rollout"
-INTERVENTION = "intervention"  # in no mix: of an episode in which a person intervened
+INTERVENTION = "intervention"  # in no mix: an episode in which a person intervened
 KINDS = NOMINAL, RECOVERY, CORRECTION, ORDER, TURNS, ROLLOUT, INTERVENTION
 OF_THE_LEARNED = TURNS, ROLLOUT
 FAILING = ":"  # between a kind and its scenario: a failure of the recovery set, or a variant
@@ -46,15 +46,16 @@ class PlannedDemonstration:
     """One episode to demonstrate.
 
     Attributes:
-        seed: of the patient and of all random numbers.
-        kind: "nominal", "correction", "order", "turns", "rollout"; "recovery:", "turns:",
-            "rollout:" and a perturbation's name; or "nominal:" and a variant's.
-        noise: whether bursts of noise disturb the motion.
-        checkpoint: of the learned controller that takes turns with the expert, or acts alone; ""
-            is the one that comes with Calot.
-        planner: checkpoint of the learned planner; "" for the scripted planner.
-        sense: a key of `scenarios.catalogue.SENSES`.
-        cameras: their names (`tissue_sim.sensing.pictures.camera_names`); () films nothing.
+        seed: Seed of the patient and of all random numbers.
+        kind: One of "nominal", "correction", "order", "turns", "rollout". The forms
+            "recovery:NAME", "turns:NAME" and "rollout:NAME" name a perturbation, "nominal:NAME" a
+            variant.
+        noise: Whether bursts of noise disturb the motion.
+        checkpoint: Checkpoint of the learned controller that takes turns with the expert, or acts
+            alone; "" is the one that comes with Calot.
+        planner: Checkpoint of the learned planner; "" for the scripted planner.
+        sense: A key of `scenarios.catalogue.SENSES`.
+        cameras: Names of cameras (`tissue_sim.sensing.pictures.camera_names`); () films nothing.
     """
 
     seed: int
@@ -67,12 +68,12 @@ class PlannedDemonstration:
 
     @property
     def is_rollout(self) -> bool:
-        """Return whether a learned controller acts alone; its failures are kept, too."""
+        """Return whether a learned controller acts alone; failed rollouts are kept as well."""
         return self.family == ROLLOUT
 
     @property
     def family(self) -> str:
-        """Return which of `KINDS` it is."""
+        """Return the demonstration's entry in `KINDS`."""
         return self.kind.partition(FAILING)[0]
 
     @property
@@ -98,9 +99,10 @@ def demonstrations(
     cameras: tuple[str, ...] = (),
     artery_below_m: float = math.inf,
 ) -> list[PlannedDemonstration]:
-    """Plan one for each training seed with a short enough artery; more episodes only add some.
+    """Plan a demonstration for each training seed with a short enough artery.
 
-    Patients for whom a person must be called are left out.
+    A larger number of episodes only adds some. Patients for whom a person must be called are left
+    out.
     """
 
     def planned(seed: int) -> PlannedDemonstration:

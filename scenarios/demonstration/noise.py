@@ -1,4 +1,4 @@
-"""Noise in the expert's motion, so that the data shows how it returns to its path.
+"""Noise in the expert's motion, so that the data shows how the expert returns to its path.
 
 After Laskey et al., "DART: noise injection for robust imitation learning", 2017. Here the noise
 comes in bursts with pauses: an imitated action chunk must not react to noise that its observation

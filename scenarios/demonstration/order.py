@@ -6,7 +6,7 @@ import numpy as np
 
 from planner.instruction import TASKS, Task
 
-_OF_TUBE = 8  # three clips and a cut, each followed by going back
+_OF_TUBE = 8  # three clips and a cut, each followed by a retraction
 
 
 def shuffled_order(rng: np.random.Generator) -> tuple[Task, ...]:

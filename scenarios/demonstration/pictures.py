@@ -1,9 +1,9 @@
-"""Frames with labels, from which perception learns: pictures, and where they show what.
+"""Frames with labels for training perception: pictures, and the places of what they show.
 
-The expert shows whole procedures, with noise, failures and corrections; given a checkpoint, a
-learned controller acts in every other episode. Patients for whom a person must be called are
-grabbed only. Short and long tubes are nearly as frequent as common ones, and no second artery is
-passed over: they are few.
+The expert demonstrates whole procedures, with noise, failures and corrections. Given a checkpoint,
+a learned controller acts in every other episode. For patients for whom a person must be called,
+only the grab is demonstrated. Short and long tubes are nearly as frequent as common ones. No
+patient with a second artery is skipped, because they are few.
 """
 
 from __future__ import annotations
@@ -63,19 +63,19 @@ NEAR_STEPS, FAR_STEPS = 8, 20  # from one frame to the next
 ARTERY_M, DUCT_M = (0.016, 0.026, 0.036), (0.020,)  # between the strata of their lengths
 STRATA = tuple(product(range(len(ARTERY_M) + 1), range(len(DUCT_M) + 1)))
 AHEAD = 2  # a stratum with more than so many patients more than the rarest takes none
-GRAB_S = 20.0  # how long a patient is grabbed for whom a person must be called
+GRAB_S = 20.0  # length of the grab of a patient for whom a person must be called
 DYED = 0.25  # share of patients with red liquid on the tissue
 MOST_DYED = 0.3
 AIM_M = 0.002  # standard deviation each way
-MADE_WITH = "made_with"  # the array in which the frames tell how they were made, as JSON
+MADE_WITH = "made_with"  # the array that records how the frames were made, as JSON
 
 
 def pictured(first_seed: int, episodes: int, checkpoint: str = "") -> list[PlannedDemonstration]:
-    """Plan episodes of training seeds from the first on, fewer where those end.
+    """Plan episodes of training seeds from the first on, fewer if the training seeds end.
 
-    A seed is passed over whose lengths are frequent already, unless it has a second artery; more
-    episodes only add some. A learned controller's checkpoint takes every other episode: what it
-    does wrong no expert shows.
+    A seed with frequent lengths is skipped, unless it has a second artery. A larger number of
+    episodes only adds some. With a checkpoint, a learned controller acts in every other episode,
+    because no expert shows its errors.
     """
     taken: list[PlannedDemonstration] = []
     counts: Counter[tuple[int, int]] = Counter({stratum: 0 for stratum in STRATA})
@@ -151,7 +151,7 @@ def _frames(demonstration: PlannedDemonstration) -> Iterator[dict[str, Any]]:
 
 
 class PlannerGrabbing:
-    """Asks for the grab, whatever happens."""
+    """A planner that always instructs the grab."""
 
     hears_of_success = False
 
@@ -162,13 +162,13 @@ class PlannerGrabbing:
         return Instruction(task=TASKS[0], time_s=observation.time_s)
 
     def reset(self) -> None:
-        """Do nothing: it remembers nothing."""
+        """Do nothing: the planner has no state."""
 
 
 def labelled_frame(world: World, exact: Observation, rng: np.random.Generator) -> dict[str, Any]:
-    """Return pictures of all views and what they show, by name.
+    """Return pictures of all views and their labels, by name.
 
-    The endoscope's crop looks about as far beside the tubes as where perception believes them.
+    The endoscope's crop is off the tubes by about the error of perception's estimate.
     """
     from tissue_sim.frames import transform
     from tissue_sim.rendering.shader_pack import COLOR_PICTURE, POSITION_PICTURE

@@ -1,7 +1,7 @@
-"""Records a rollout of a learned controller, labelled with the right instructions.
+"""Record a rollout of a learned controller, labelled with the right instructions.
 
-The scripted planner runs in parallel without control, and the expert is asked what it would do;
-both give labels for training a planner: DAgger (Ross et al., arXiv 1011.0686).
+The scripted planner runs in parallel without control, and the expert advises on the next action.
+Both give labels for training a planner: DAgger (Ross et al., arXiv 1011.0686).
 """
 
 from __future__ import annotations

@@ -1,7 +1,7 @@
-"""A learned controller and the expert in turns: how to act from where the learner gets to.
+"""A learned controller and the expert in turns: the data shows how to act in a learner's states.
 
-After HG-DAgger (Kelly et al., arXiv 1810.02890): only the expert's motions are imitated. Here it
-takes over when a task takes long, until the next one begins, and at random times.
+After HG-DAgger (Kelly et al., arXiv 1810.02890): only the expert's motions are imitated. Here the
+expert takes over when a task takes long, until the next one begins, and at random times.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ class ControllerTakingTurns:
     """Lets two controllers act in turns, the expert first.
 
     Attributes:
-        expert_acts: whether the last motions are the expert's.
+        expert_acts: Whether the last motions are the expert's.
     """
 
     privileged = True

@@ -1,1 +1,1 @@
-"""Run arms on the same anatomies, compare them, and report."""
+"""Run systems on the same anatomies, compare them, and report."""

@@ -14,7 +14,7 @@ from typing import Any
 
 from scenarios.catalogue import usual_sense
 from scenarios.files.errors import BadInputError
-from scenarios.loop.episode_config import EpisodeConfig
+from scenarios.loop.episode_config import Stack
 
 FORM = "NAME=PLANNER+CONTROLLER[,OPTION=VALUE...]"
 OPTIONS = (
@@ -31,31 +31,19 @@ _NAME = re.compile(r"[A-Za-z0-9][A-Za-z0-9._+-]*")  # also a folder's
 
 
 @dataclass(frozen=True, kw_only=True)
-class StudyArm:
-    """An arm of an evaluation.
+class StudyArm(Stack):
+    """A compared system: a stack with a name.
 
     Attributes:
         name: unique in an evaluation; also the folder's name.
-        planner, controller, checkpoint, planner_checkpoint, safety_filter, ablation, sense,
-            perception_checkpoint, person, cameras: as in `EpisodeConfig`.
     """
 
     name: str
-    planner: str
-    controller: str
-    checkpoint: str | None = None
-    planner_checkpoint: str | None = None
-    safety_filter: bool = True
-    ablation: str | None = None
-    sense: str = EpisodeConfig.sense
-    perception_checkpoint: str | None = None
-    person: str | None = None
-    cameras: tuple[str, ...] = ()
 
     @property
     def choices(self) -> dict[str, Any]:
         """Return all fields but the name, as `EpisodeConfig` takes them."""
-        return {name: value for name, value in vars(self).items() if name != "name"}
+        return self.stack
 
 
 def arm_from_text(text: str) -> StudyArm:
@@ -72,9 +60,7 @@ def arm_from_text(text: str) -> StudyArm:
         raise ValueError(f"{text!r} is no arm; allowed: {FORM}, as full=learned+diffusion")
     chosen: dict[str, Any] = {"sense": usual_sense(planner, controller)}
     chosen |= _options(options)
-    arm = StudyArm(name=name, planner=planner, controller=controller, **chosen)
-    EpisodeConfig(**arm.choices)
-    return arm
+    return StudyArm(name=name, planner=planner, controller=controller, **chosen)
 
 
 def _options(words: Sequence[str]) -> dict[str, Any]:

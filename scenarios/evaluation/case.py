@@ -1,4 +1,4 @@
-"""One episode of an evaluation: its arm, condition and patient."""
+"""One episode of an evaluation: its system, condition and patient."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ class Case:
     """Everything that identifies an episode of an evaluation.
 
     Attributes:
-        suite: a key of `scenarios.suites.SUITES`.
+        suite: A key of `scenarios.suites.SUITES`.
     """
 
     arm: StudyArm
@@ -30,7 +30,7 @@ class Case:
 
     @property
     def config(self) -> EpisodeConfig:
-        """Return the episode's configuration, without what people say."""
+        """Return the episode's configuration, without people's words."""
         return EpisodeConfig(
             scenario=self.condition.scenario,
             magnitude=self.condition.magnitude,
@@ -54,7 +54,7 @@ class Ended:
     """A case and its result.
 
     Attributes:
-        unwritable: why its recording could not be saved; None if it was saved.
+        unwritable: The reason why its recording could not be saved; None if it was saved.
     """
 
     case: Case
@@ -73,5 +73,5 @@ def attempt(case: Case, out: Path, observers: Sequence[Observer] = ()) -> Ended:
 
 
 def after_death(case: Case, error: WorkerDiedError) -> Ended:
-    """Return the result of a case whose process died; it has no recording and runs again later."""
+    """Return the result of a case whose process died; without a recording, it runs again later."""
     return Ended(case=case, result=broken_off(case.config, error))

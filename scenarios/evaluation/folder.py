@@ -1,4 +1,4 @@
-"""A report's folder: how its episodes are made, and which are finished."""
+"""A report's folder: the origin of its episodes, and the list of finished ones."""
 
 from __future__ import annotations
 
@@ -33,11 +33,11 @@ SCHEMA = 1
 
 
 def open_folder(folder: Path, arms: Iterable[StudyArm]) -> None:
-    """Note how the folder's episodes are made, or check that this has not changed.
+    """Record how the folder's episodes are made, or check that their origin has not changed.
 
     Raises:
-        BadInputError: its episodes have another version, an arm of the same name differs, or it
-            holds the results of `calot run`.
+        BadInputError: Its episodes have another version, or a system of the same name differs. Or
+            the folder holds the results of `calot run`.
     """
     path, made_with = folder / MANIFEST, _made_with()
     if (folder / RESULTS).exists() and not path.exists():
@@ -65,11 +65,11 @@ def open_folder(folder: Path, arms: Iterable[StudyArm]) -> None:
 def finished(folder: Path, plan: Plan) -> dict[Case, EpisodeResult]:
     """Return the results of finished episodes; those that broke off run again.
 
-    The hash of a recording that is not in the folder's list yet is noted.
+    A recording's hash is recorded if the folder's list lacks it.
 
     Raises:
-        BadInputError: a recording cannot be read, was changed after it was saved, or is of another
-            episode; or the list cannot be written.
+        BadInputError: A recording cannot be read, was changed after it was saved, or is of another
+            episode. Or the list cannot be written.
     """
     try:
         sums = read_sums(folder)
@@ -93,10 +93,10 @@ def finished(folder: Path, plan: Plan) -> dict[Case, EpisodeResult]:
 
 
 def note(folder: Path, case: Case) -> None:
-    """Keep the hash of the recording of an episode that is finished, unless it was moved away.
+    """Record the hash of a finished episode's recording, unless the recording was moved away.
 
     Raises:
-        OSError: it cannot be written.
+        OSError: The list cannot be written.
     """
     with suppress(FileNotFoundError):
         add_sum(folder, str(case.recording))
@@ -165,7 +165,7 @@ def _made_with() -> dict[str, Any]:
 
 
 def _described(arm: StudyArm) -> dict[str, Any]:
-    """Return the arm as plain data, with checkpoints and a user's code by content, not by path."""
+    """Return the system as plain data: checkpoints and users' code by content, not by path."""
     choices = {k: v for k, v in arm.choices.items() if not k.endswith("checkpoint")}
     digests = checkpoint_digests(EpisodeConfig(**arm.choices))
     return plain(choices) | {"checkpoints": digests} | outside(arm)

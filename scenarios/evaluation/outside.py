@@ -1,4 +1,4 @@
-"""What an arm acts by that is not a part of Calot: a user's modules, or a language model."""
+"""A system's parts that are not part of Calot: a user's modules, or a language model."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ from hashlib import sha256
 from importlib.util import find_spec
 from pathlib import Path
 
-from scenarios.catalogue import ENDPOINT_PLANNERS
+from scenarios.catalogue import policy_named
 from scenarios.evaluation.arm import StudyArm
 from scenarios.files.errors import BadInputError
 
@@ -15,13 +15,12 @@ def outside(arm: StudyArm) -> dict[str, str]:
     """Return the SHA-256 of each policy's own code, and the language model's name, as far as used.
 
     Raises:
-        BadInputError: a policy is of a module that has no file.
-        OSError: a file cannot be read.
-        ValueError: the environment names no language model.
+        BadInputError: A policy's module has no file.
+        OSError: A file cannot be read.
+        ValueError: The environment names no language model.
     """
-    names = {"planner": arm.planner, "controller": arm.controller}
-    found = {f"{role} code": _digest(name) for role, name in names.items() if ":" in name}
-    if arm.planner in ENDPOINT_PLANNERS:
+    found = {f"{role} code": _digest(name) for role, name in arm.outside.items()}
+    if policy_named(arm.planner).endpoint:
         from planner.chat.endpoint import endpoint_from_environment
 
         found["language model"] = endpoint_from_environment().model

@@ -17,7 +17,7 @@ Results = Mapping[Case, EpisodeResult]
 
 @dataclass(frozen=True, kw_only=True)
 class Plan:
-    """Arms, suites and patients of an evaluation; every arm meets every patient."""
+    """Systems, suites and patients of an evaluation; every system meets every patient."""
 
     arms: tuple[StudyArm, ...]
     suites: tuple[Suite, ...]
@@ -30,7 +30,7 @@ class Plan:
         ]
 
     def conditions(self, arm: StudyArm, suite: Suite, results: Results) -> list[Condition]:
-        """Return the conditions for an arm, with the rungs that the results so far call for."""
+        """Return the conditions for a system, with the rungs that the results so far call for."""
         rungs = (
             rung for ladder in suite.ladders for rung in self.climbed(arm, suite, ladder, results)
         )
@@ -50,7 +50,7 @@ class Plan:
                 return
 
     def asked(self, arm: StudyArm, suite: Suite, results: Results) -> list[Case]:
-        """Return an arm's cases in a suite, as far as the results so far call for them."""
+        """Return a system's cases in a suite, as far as the results so far call for them."""
         conditions = self.conditions(arm, suite, results)
         return [case for c in conditions for case in self.cases(arm, suite, c)]
 

@@ -3,9 +3,9 @@
 Kim et al., "SRT-H: A hierarchical framework for autonomous surgery via language-conditioned
 imitation learning", Science Robotics 10 (2025), arXiv 2505.10251.
 
-Measured on pig gallbladders, in time on the clock, without tool exchanges (as here). The paper
-prints jerk in mm/s^3; its size is that of third differences between frames at 30 Hz, and it is
-read as such here (assumed: the paper does not say how it was computed).
+The figures were measured on pig gallbladders, in wall time, without tool exchanges (as here). The
+paper prints jerk in mm/s^3. Its size is that of third differences between frames at 30 Hz. Calot
+therefore reads it as third differences (assumed: the paper does not say how it was computed).
 """
 
 from __future__ import annotations
@@ -24,9 +24,9 @@ class PublishedTask:
     """Figures of one kind of task, by the robot and by one expert surgeon, in that order.
 
     Attributes:
-        kind, clip: which of `planner.task.TASKS` these are, on either tube.
-        path_m: path of the instrument at work.
-        jerk_m: third difference between frames; None if the paper gives none.
+        kind, clip: Which of `planner.task.TASKS` these are, on either tube.
+        path_m: Path of the instrument at work.
+        jerk_m: Third difference between frames; None if the paper gives none.
     """
 
     name: str

@@ -23,7 +23,7 @@ from scenarios.loop.results import EpisodeResult, SafetyResult, Summary, summari
 from scenarios.recording.reasons import in_detail, reason
 from scenarios.suites import Condition, Ladder, Suite
 
-WORST = 5  # episodes listed for each arm
+WORST = 5  # episodes listed for each system
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -36,17 +36,17 @@ class Rung:
 
 @dataclass(frozen=True, kw_only=True)
 class Climb:
-    """How far an arm climbed a ladder.
+    """A system's climb of a ladder.
 
     Attributes:
-        rungs: those that were begun; only those of which every patient's episode has a result are
-            judged.
-        held: the largest magnitude at which at least half passed; None if there is none.
-        breaking: the smallest magnitude at which fewer passed, and the planner did not call on
-            every patient; None if none was found.
-        declined: the magnitude at which the planner called for a person on every patient, which
-            ends the climb; None if there was none.
-        finished: whether it broke, was declined, or held at the ladder's top.
+        rungs: Those that were begun. A rung is judged only when every patient's episode has a
+            result.
+        held: The largest magnitude at which at least half passed; None if there is none.
+        breaking: The smallest magnitude at which fewer passed, and the planner did not call on
+            every patient. None if no such magnitude was found.
+        declined: The magnitude at which the planner called for a person on every patient, which
+            ends the climb. None if there was none.
+        finished: Whether the climb ended: it broke, was declined, or held at the ladder's top.
     """
 
     axis: str
@@ -71,17 +71,17 @@ class ReportedEpisode:
 
 @dataclass(frozen=True, kw_only=True)
 class SuiteReport:
-    """One arm in one suite.
+    """One system in one suite.
 
     Attributes:
-        missing: number of episodes not run because the evaluation was interrupted.
-        conditions: pass rates by condition, without ladders.
-        strata: pass rates by the patients' anatomy, without ladders.
-        reasons: reasons of failures, the most frequent first.
-        sensed: errors of what was sensed, by sense.
-        sensitivity: of the pass rate to each threshold.
-        tasks: figures of the kinds of task that SRT-H reports, by SRT-H's names.
-        results: the episodes by condition, in the order of seeds.
+        missing: Number of episodes not run because the evaluation was interrupted.
+        conditions: Pass rates by condition, without ladders.
+        strata: Pass rates by the patients' anatomy, without ladders.
+        reasons: Reasons of failures, the most frequent first.
+        sensed: Errors of the observations, by sense.
+        sensitivity: Sensitivity of the pass rate to each threshold.
+        tasks: Figures of the kinds of task that SRT-H reports, by SRT-H's names.
+        results: The episodes by condition, in the order of seeds.
     """
 
     summary: Summary
@@ -100,15 +100,16 @@ class SuiteReport:
 
 @dataclass(frozen=True, kw_only=True)
 class ArmReport:
-    """One arm.
+    """One system.
 
     Attributes:
-        suites: suite reports by name.
-        worst: failed episodes, the earliest first; then the slowest that passed.
-        needless_calls: episodes in which the planner called for a person in time without need,
-            with its reason; `right_calls` likewise with need.
-        errors: episodes that broke off, which do not count as failures.
-        detection: over all suites; None if the planner gives no chance of failure.
+        suites: Suite reports by name.
+        worst: Failed episodes, the earliest first; then the slowest that passed.
+        needless_calls: Episodes in which the planner called for a person in time without need, with
+            its reason.
+        right_calls: The same with need.
+        errors: Episodes that broke off, which do not count as failures.
+        detection: Over all suites; None if the planner gives no chance of failure.
     """
 
     arm: StudyArm
@@ -125,8 +126,8 @@ class Report:
     """An evaluation.
 
     Attributes:
-        comparisons: of each other arm with the first, without ladders: each arm climbs as far as
-            it can, so not all arms meet on every rung.
+        comparisons: Each other system compared with the first, without ladders. Each system climbs
+            as far as it can, so not all systems meet on every rung.
     """
 
     seeds: tuple[int, ...]
@@ -136,12 +137,12 @@ class Report:
 
     @property
     def headline(self) -> Suite | None:
-        """Return the first suite without ladders, of which pass rates are told; None for none."""
+        """Return the first suite without ladders, which gives the pass rates; None for none."""
         return next((suite for suite in self.suites if not suite.ladders), None)
 
 
 def report_of(plan: Plan, results: Results, folder: Path) -> Report:
-    """Report on the results so far; language is read from the recordings in `folder`."""
+    """Report on the results so far; people's words are read from the recordings in `folder`."""
     reference, *others = plan.arms
     planned = {case: results[case] for case in plan.known(results)}
     return Report(
@@ -248,9 +249,9 @@ def _episode(case: Case, result: EpisodeResult) -> ReportedEpisode:
 
 
 def lowest_pass_rate(report: Report) -> tuple[float, str, str] | None:
-    """Return the lowest pass rate of any arm in any suite, with both names; None without one.
+    """Return the lowest pass rate of any system in any suite, with both names; None without one.
 
-    Ladders are left out, because each arm climbs them until it fails.
+    Ladders are left out, because each system climbs them until it fails.
     """
     rates = (
         (rate, arm, suite.name)
@@ -262,7 +263,7 @@ def lowest_pass_rate(report: Report) -> tuple[float, str, str] | None:
 
 
 def document(report: Report, made_with: Mapping[str, Any]) -> dict[str, Any]:
-    """Return the content of results.json: for each arm and suite what `calot run` writes, and more.
+    """Return the content of results.json: for each system and suite that of `calot run`, and more.
 
     The safety filter's ledgers are only in the recordings.
     """

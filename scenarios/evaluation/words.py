@@ -34,7 +34,7 @@ def called(summary: Summary) -> str:
 
 
 def end_of(climb: Climb) -> str:
-    """Return what ended a climb: it broke, the planner called on every patient, or the top held."""
+    """Return the end of a climb: it broke, the planner called on every patient, or the top held."""
     if climb.breaking is not None:
         return f"breaks at {climb.breaking:g}"
     if climb.declined is not None:
@@ -43,7 +43,7 @@ def end_of(climb: Climb) -> str:
 
 
 def held(climb: Climb) -> str:
-    """Return the largest magnitude that held; a dash if it is not known whether the first does."""
+    """Return the largest magnitude that held; a dash if the first rung is not judged yet."""
     if climb.held is not None:
         return f"{climb.held:g}"
     return "nothing" if climb.finished else NOTHING
@@ -73,7 +73,7 @@ def interval(ends: tuple[float, float] | None, digits: int, scale: float = 1.0) 
 
 
 def sensed(figures: SensedFigures) -> tuple[str, ...]:
-    """Return the figures of what was sensed."""
+    """Return the figures of the observations' errors."""
     errors = (
         figures.near_m,
         figures.near_p90_m,

@@ -1,4 +1,4 @@
-"""Who reads our output may go away (`calot run | head -1`): work goes on, unread."""
+"""Let a command continue when its reader closes the pipe (`calot run | head -1`)."""
 
 import os
 import sys
@@ -12,7 +12,7 @@ P = ParamSpec("P")
 
 
 def outlives_its_readers(main: Callable[P, int]) -> Callable[P, int]:
-    """Let a command end with its own exit code, and without a word, if nobody reads it."""
+    """Let a command end with its own exit code, and without a message, if no reader is left."""
 
     @wraps(main)
     def to_its_end(*args: P.args, **kwargs: P.kwargs) -> int:
@@ -28,7 +28,7 @@ def outlives_its_readers(main: Callable[P, int]) -> Callable[P, int]:
 
 
 def say(line: str, stream: IO[str]) -> None:
-    """Print a line, to nobody if need be."""
+    """Print a line; if no reader is left, drop it."""
     try:
         print(line, file=stream, flush=True)
     except BrokenPipeError:
@@ -36,7 +36,7 @@ def say(line: str, stream: IO[str]) -> None:
 
 
 def _flush(stream: IO[str] | None) -> None:
-    """Write what is left now: at Python's own end it would become exit code 120."""
+    """Flush the stream now: at Python's own end a failure would become exit code 120."""
     try:
         if stream is not None:
             stream.flush()
@@ -45,7 +45,7 @@ def _flush(stream: IO[str] | None) -> None:
 
 
 def silence(stream: IO[str] | None) -> None:
-    """Let what is written from now on go nowhere."""
+    """Discard all further output of a stream."""
     if stream is not None:
         nowhere = os.open(os.devnull, os.O_WRONLY)
         os.dup2(nowhere, stream.fileno())

@@ -5,7 +5,7 @@ from pathlib import Path
 
 
 class BadInputError(ValueError):
-    """A person's input is invalid; the message names the value and what is allowed (exit 2)."""
+    """A person's input is invalid; the message names the value and the allowed ones (exit 2)."""
 
 
 class WorkerDiedError(RuntimeError):

@@ -1,7 +1,7 @@
-"""Text from outside, a model's answer, a name or a person's words, shown as text and nothing else.
+"""Show text from outside, such as a model's answer or a person's words, as plain text only.
 
-A terminal obeys escape sequences, rich obeys `[markup]`, a browser obeys tags, and both turn text
-round at right-to-left marks. Every console of Calot is a `Terminal`, every page uses `in_html`.
+A terminal obeys escape sequences, rich obeys `[markup]`, a browser obeys tags, and both reverse
+text at right-to-left marks. Every console of Calot is a `Terminal`, every page uses `in_html`.
 """
 
 from __future__ import annotations
@@ -22,25 +22,25 @@ def visible(text: str) -> str:
 
 
 def in_html(text: str) -> str:
-    """Return the text as HTML that shows it."""
+    """Return HTML that shows the text unchanged."""
     return escape(visible(text))
 
 
 class Terminal(Console):
-    """A console that shows any string as it is; only what Calot draws is coloured.
+    """A console that shows any string unchanged; only Calot's own output is coloured.
 
-    If nobody reads it any more, it falls silent; rich's own would exit with code 1.
+    If no reader is left, the console falls silent; rich's own would exit with code 1.
     """
 
     def __init__(self, *, stderr: bool = False, width: int | None = None) -> None:
         super().__init__(stderr=stderr, width=width, markup=False, emoji=False, highlight=False)
 
     def render_str(self, text: str, **style: Any) -> Text:
-        """Return a string, of a line or of a table, as what is drawn."""
+        """Return a string, of a line or of a table, in its drawn form."""
         return super().render_str(visible(text), **style)
 
     def on_broken_pipe(self) -> None:
-        """Write no more."""
+        """Stop writing."""
         self.quiet = True
         silence(self.file)
 

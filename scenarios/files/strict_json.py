@@ -1,4 +1,4 @@
-"""Strict JSON of dataclasses and arrays, without NaN, which JSON does not have."""
+"""Strict JSON of dataclasses and arrays, without NaN, because JSON has none."""
 
 import json
 import math
@@ -11,8 +11,8 @@ from typing import Any
 def plain(value: Any) -> Any:
     """Return `value` as dicts, lists, strings, numbers, booleans and None.
 
-    Dataclasses become dicts, arrays nested lists, paths strings; a number that is infinite or
-    not a number becomes None.
+    Dataclasses become dicts, arrays nested lists, paths strings. A number that is infinite or not a
+    number becomes None.
 
     Raises:
         TypeError: `value` holds anything else.

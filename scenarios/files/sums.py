@@ -13,7 +13,7 @@ MOST_BYTES = 200_000_000
 
 
 def digest_of(file: Path) -> str:
-    """Return the SHA-256 of a file; it is computed anew when the file is written anew."""
+    """Return the SHA-256 of a file; it is computed again when the file is written again."""
     return _digest(file, file.stat().st_mtime_ns)
 
 
@@ -27,8 +27,8 @@ def add_sum(folder: Path, name: str) -> None:
     """Append a file's line to the folder's list; the last line of a name counts.
 
     Raises:
-        FileNotFoundError: the file is gone.
-        OSError: the list cannot be written.
+        FileNotFoundError: The file is gone.
+        OSError: The list cannot be written.
     """
     line = f"{digest_of(folder / name)}  {name}\n"
     with (folder / SUMS).open("a") as file:
@@ -36,11 +36,11 @@ def add_sum(folder: Path, name: str) -> None:
 
 
 def read_sums(folder: Path) -> dict[str, str]:
-    """Return the digests by the names of files; a last line that was cut short is left out.
+    """Return the digests by the names of files; an incomplete last line is left out.
 
     Raises:
-        ValueError: the list is damaged.
-        OSError: it cannot be read.
+        ValueError: The list is damaged.
+        OSError: The list cannot be read.
     """
     path = folder / SUMS
     if not path.exists():

@@ -1,4 +1,4 @@
-"""The versions of everything that a result depends on."""
+"""The versions of all parts on which a result depends."""
 
 import platform
 from functools import cache
@@ -34,13 +34,13 @@ EPISODE_SOURCES = (
     "scenarios/run_episode.py",
     "scenarios/loop",
 )
-"""Code, lists of words and weights that decide an episode's result."""
+"""Code, word lists and weights that determine an episode's result."""
 SUFFIXES = (".py", ".toml", ".safetensors")
 
 
 @cache
 def source_digest() -> str:
-    """Return a hash of what decides an episode's result."""
+    """Return a hash of the sources that determine an episode's result."""
     root = Path(__file__).parents[2]
     files = [f for name in EPISODE_SOURCES for f in _sources(root / name)]
     contents = (f"{f.relative_to(root)}\n".encode() + f.read_bytes() for f in files)

@@ -9,9 +9,9 @@ def wilson_interval(passed: int, n: int, z: float = 1.96) -> tuple[float, float]
     Its ends are the two rates p that solve (passed/n - p)^2 = z^2 p (1 - p) / n.
 
     Args:
-        passed: number of successes, 0 to n.
-        n: number of trials; for 0 the interval is (0, 1).
-        z: normal quantile; 1.96 for 95 %.
+        passed: Number of successes, 0 to n.
+        n: Number of trials; for 0 the interval is (0, 1).
+        z: Normal quantile; 1.96 for 95 %.
 
     Raises:
         ValueError: `passed` is not within 0 and n.

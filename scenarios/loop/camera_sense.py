@@ -1,4 +1,4 @@
-"""The senses `cameras` and `endoscope`: from pictures, encoders and motor currents to points."""
+"""The senses `cameras` and `endoscope`: points from pictures, encoders and currents."""
 
 from __future__ import annotations
 
@@ -6,10 +6,18 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from controller.perception.perception import Perception
+from controller.perception.perception import Perception, load_perception
 from tissue_sim.sensing.observation import Observation
 from tissue_sim.sensing.pictures.cameras import CameraSpec
-from tissue_sim.sensing.pictures.eyes import USUAL, VIEWS, Eyes, Spoil, as_it_is
+from tissue_sim.sensing.pictures.eyes import (
+    ENDOSCOPE_VIEWS,
+    USUAL,
+    VIEWS,
+    Eyes,
+    Spoil,
+    as_it_is,
+)
+from tissue_sim.sensing.sense import SenseSetup
 from tissue_sim.sensing.sensor_model import SensorModel
 from tissue_sim.world import World
 
@@ -31,12 +39,35 @@ class SenseCameras:
         self._perception = perception
 
     def observe(self, world: World, exact: Observation) -> Observation:
-        """Return what is perceived now; of the exact state, encoders and currents tell a part.
+        """Return the estimate; encoders and motor currents are read from the exact state.
 
         Raises:
-            ValueError: the world has no cameras.
+            ValueError: The world has no cameras.
         """
         if world.view is None:
             raise ValueError("sense cameras: the world has none: make it with render=True")
         glance = self._eyes.glance(world, world.view, exact, self._perception.aim_m)
         return self._perception.estimate(glance)
+
+
+def make(setup: SenseSetup) -> SenseCameras:
+    """Return the sense of an episode, by the endoscope and both wrist cameras.
+
+    Raises:
+        CheckpointError: The file holds no perception, or the perception does not fit.
+    """
+    return _made(setup, VIEWS)
+
+
+def make_endoscope(setup: SenseSetup) -> SenseCameras:
+    """Return the sense of an episode, by the endoscope alone.
+
+    Raises:
+        CheckpointError: The file holds no perception, or the perception does not fit.
+    """
+    return _made(setup, ENDOSCOPE_VIEWS)
+
+
+def _made(setup: SenseSetup, views: Sequence[CameraSpec]) -> SenseCameras:
+    perception = load_perception(setup.checkpoint)
+    return SenseCameras(setup.seed, perception, spoil=setup.spoil or as_it_is, views=views)

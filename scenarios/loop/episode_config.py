@@ -1,84 +1,65 @@
-"""The configuration of one episode."""
+"""Who acts in an episode, and its whole configuration."""
 
 import math
-from collections.abc import Iterable
-from dataclasses import dataclass, replace
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass, fields, replace
 from numbers import Integral, Real
+from typing import Any
 
 from scenarios.catalogue import (
     ABLATIONS,
     CONTROLLERS,
-    LEARNED_CONTROLLERS,
-    LEARNED_PLANNERS,
     PEOPLE,
-    PERCEIVING,
     PLANNERS,
     SCENARIOS,
     SENSE_OF,
     SENSES,
+    PolicyEntry,
+    SenseEntry,
+    learned,
 )
 from scenarios.perturbation.perturbation import Perturbation
 from tissue_sim.sensing.pictures.camera_names import CAMERA_NAMES
 
 
 @dataclass(frozen=True, kw_only=True)
-class EpisodeConfig:
-    """The complete configuration of one episode: a second run repeats every step.
+class Stack:
+    """Who plans, who moves, how both observe, and what else acts or is left out.
 
     Attributes:
-        scenario: A key of `scenarios.catalogue.SCENARIOS`.
-        magnitude: Strength of the scenario's one perturbation, in its unit; None leaves it at the
-            scenario's own.
-        seed: Seed of the anatomy and of everything random; 0 or more.
         planner: A key of `scenarios.catalogue.PLANNERS`, or MODULE:FACTORY.
         controller: A key of `scenarios.catalogue.CONTROLLERS`, or MODULE:FACTORY.
-        sense: A key of `scenarios.catalogue.SENSES`: how everybody who acts observes the world.
-        perception_checkpoint: File of the perception, for the senses "cameras" and "endoscope";
-            None for the one that comes with Calot.
-        task_cap_s: Simulated time after which a task, and with it the episode, fails; the default
-            is that of SRT-H.
+        sense: A key of `scenarios.catalogue.SENSES`, or MODULE:FACTORY: how planner, controller and
+            filter observe the world.
         checkpoint: File of a learned controller; None for the one that comes with Calot.
         planner_checkpoint: File of a learned planner; None likewise.
+        perception_checkpoint: File of the perception, for the senses "cameras" and "endoscope";
+            None likewise.
         safety_filter: Whether commands pass through the safety filter.
-        instruct: File of what a person says and when; None if nobody says anything.
-        person: A key of `scenarios.catalogue.PEOPLE`, who watches and corrects; None for nobody.
-        cameras: Names (`tissue_sim.sensing.pictures.camera_names`) of those whose pictures the
-            controller gets besides.
         ablation: A key of `scenarios.catalogue.ABLATIONS`; None for no ablation.
-        act_limit_s: Wall time for each `act` of the controller; more is an error of the episode.
-            None for no limit.
+        person: A key of `scenarios.catalogue.PEOPLE`, who watches and corrects; None for nobody.
+        cameras: Names (`tissue_sim.sensing.pictures.camera_names`) of the cameras whose pictures
+            the controller gets besides.
 
     Raises:
-        ValueError: For an unknown name, a magnitude that the scenario does not allow, a checkpoint
-            for a policy that takes none, larger errors of a sense that has none, a seed that is
-            not a whole number of at least 0, or a cap or limit that is not a number above 0.
+        ValueError: For an unknown name, or a checkpoint for a policy that takes none.
     """
 
-    scenario: str = "nominal"
-    magnitude: float | None = None
-    seed: int = 20_054  # an operable patient
     planner: str = "learned"
     controller: str = "diffusion"
     sense: str = "tracked"
-    perception_checkpoint: str | None = None
     checkpoint: str | None = None
     planner_checkpoint: str | None = None
-    task_cap_s: float = 90.0
+    perception_checkpoint: str | None = None
     safety_filter: bool = True
-    instruct: str | None = None
     ablation: str | None = None
     person: str | None = None
     cameras: tuple[str, ...] = ()
-    act_limit_s: float | None = None
 
     def __post_init__(self) -> None:
-        _require_known("scenario", self.scenario, SCENARIOS)
-        _require_policy("planner", self.planner, PLANNERS)
-        _require_policy("controller", self.controller, CONTROLLERS)
-        _require_known("sense", self.sense, SENSES)
-        _require_learned("sense", self.sense, self.perception_checkpoint, PERCEIVING)
-        if self.sense != (needed := SENSE_OF.get(self.scenario, self.sense)):
-            raise ValueError(f"scenario {self.scenario!r} needs the sense {needed!r}")
+        _require_named("planner", self.planner, PLANNERS)
+        _require_named("controller", self.controller, CONTROLLERS)
+        _require_named("sense", self.sense, SENSES)
         if self.ablation is not None:
             _require_known("ablation", self.ablation, ABLATIONS)
         if self.person is not None:
@@ -87,22 +68,64 @@ class EpisodeConfig:
             raise ValueError(f"cameras must be a tuple of names, got {self.cameras!r}")
         for camera in self.cameras:
             _require_known("camera", camera, CAMERA_NAMES)
+        _require_learned("sense", self.sense, self.perception_checkpoint, SENSES)
+        _require_learned("controller", self.controller, self.checkpoint, CONTROLLERS)
+        _require_learned("planner", self.planner, self.planner_checkpoint, PLANNERS)
+
+    @property
+    def stack(self) -> dict[str, Any]:
+        """Return the fields of the stack alone, by name."""
+        return {part.name: getattr(self, part.name) for part in fields(Stack)}
+
+    @property
+    def outside(self) -> dict[str, str]:
+        """Return what is none of Calot's own, and may do anything to its process, by its role."""
+        named = {"planner": self.planner, "controller": self.controller, "sense": self.sense}
+        return {role: name for role, name in named.items() if ":" in name}
+
+
+@dataclass(frozen=True, kw_only=True)
+class EpisodeConfig(Stack):
+    """The complete configuration of one episode: a second run repeats every step.
+
+    Attributes:
+        scenario: A key of `scenarios.catalogue.SCENARIOS`.
+        magnitude: Strength of the scenario's one perturbation, in its unit; None leaves it at the
+            scenario's own.
+        seed: Seed of the anatomy and of everything random; 0 or more.
+        task_cap_s: Simulated time after which a task, and with it the episode, fails; the default
+            is that of SRT-H.
+        instruct: File of what a person says and when; None if nobody says anything.
+        act_limit_s: Wall time for each `act` of the controller; more is an error of the episode.
+            None for no limit.
+
+    Raises:
+        ValueError: As for `Stack`; or for a magnitude that the scenario does not allow, a sense
+            with which the scenario means nothing, a seed that is not a whole number of at least 0,
+            or a cap or limit that is not a number above 0.
+    """
+
+    scenario: str = "nominal"
+    magnitude: float | None = None
+    seed: int = 20_054  # an operable patient
+    task_cap_s: float = 90.0
+    instruct: str | None = None
+    act_limit_s: float | None = None
+
+    def __post_init__(self) -> None:
+        _require_known("scenario", self.scenario, SCENARIOS)
+        super().__post_init__()
+        if self.sense != (needed := SENSE_OF.get(self.scenario, self.sense)):
+            raise ValueError(f"scenario {self.scenario!r} needs the sense {needed!r}")
         if self.magnitude is not None and not _is_number(self.magnitude, Real):
             raise ValueError(f"magnitude must be a number, got {self.magnitude!r}")
         _ = self.perturbations
-        _require_learned("controller", self.controller, self.checkpoint, LEARNED_CONTROLLERS)
-        _require_learned("planner", self.planner, self.planner_checkpoint, LEARNED_PLANNERS)
         if not _is_number(self.seed, Integral) or self.seed < 0:
             raise ValueError(f"seed must be a whole number of at least 0, got {self.seed!r}")
         object.__setattr__(self, "seed", int(self.seed))  # of numpy, too
         _require_time("task_cap_s", self.task_cap_s)
         if self.act_limit_s is not None:
             _require_time("act_limit_s", self.act_limit_s)
-
-    @property
-    def has_outside_policy(self) -> bool:
-        """Return whether a policy is none of Calot's own, and may do anything to its process."""
-        return ":" in self.planner or ":" in self.controller
 
     @property
     def perturbations(self) -> tuple[Perturbation, ...]:
@@ -132,11 +155,14 @@ def _require_known(role: str, name: str, allowed: Iterable[str]) -> None:
         raise ValueError(f"unknown {role} {name!r}; allowed: {', '.join(allowed)}")
 
 
-def _require_policy(role: str, name: str, allowed: Iterable[str]) -> None:
+def _require_named(role: str, name: str, allowed: Iterable[str]) -> None:
     if ":" not in name:
         _require_known(role, name, (*allowed, "MODULE:FACTORY"))
 
 
-def _require_learned(role: str, name: str, checkpoint: str | None, learned: Iterable[str]) -> None:
-    if checkpoint is not None and name not in learned and ":" not in name:
-        raise ValueError(f"{role} {name!r} takes no checkpoint; these do: {', '.join(learned)}")
+def _require_learned(
+    role: str, name: str, checkpoint: str | None, known: Mapping[str, PolicyEntry | SenseEntry]
+) -> None:
+    able = learned(known)
+    if checkpoint is not None and name not in able and ":" not in name:
+        raise ValueError(f"{role} {name!r} takes no checkpoint; these do: {', '.join(able)}")

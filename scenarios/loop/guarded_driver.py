@@ -1,4 +1,4 @@
-"""From a tool action to a joint command: inverse kinematics, then the safety filter."""
+"""Turn a tool action into a joint command: inverse kinematics, then the safety filter."""
 
 from __future__ import annotations
 
@@ -23,10 +23,10 @@ class GuardedDriver:
     """Drives both arms through the safety filter, and keeps the ledger of altered commands.
 
     Attributes:
-        filter: None where the episode goes without.
-        ledger: each event so far in which commands were altered, with the reason.
-        standstill: an arm stands still though asked to move: a person is needed.
-        clearance_m: smallest distance so far of an instrument to what it must not hit.
+        filter: The safety filter; None for an episode without one.
+        ledger: Each event so far in which commands were altered, with the reason.
+        standstill: Whether an arm stands still although its command moves: a person is needed.
+        clearance_m: Smallest distance so far of an instrument to an obstacle.
     """
 
     def __init__(
@@ -37,17 +37,17 @@ class GuardedDriver:
         self.filter = SafetyFilter(registration_of(world)) if safety_filter else None
         self.ledger, self.standstill = Ledger(), False
         self.clearance_m = math.inf
-        self._news: list[Entry] = []  # alterations that observers do not know
+        self._news: list[Entry] = []  # alterations that observers have not received
 
     @property
     def joints(self) -> Array:
-        """(2, 7) commanded last, rad and m."""
+        """Return the joints (2, 7) commanded last, rad and m."""
         return self.driver.joints
 
     def command(
         self, action: ToolAction, instruction: Instruction, seen: Observation
     ) -> JointCommand:
-        """Return the joint command for an action, which is meant in the endoscope's frame now."""
+        """Return the joint command for an action in the current endoscope frame."""
         self.driver.calibrate(rig_in(self._world))
         start, refused = self.driver.joints, self.driver.refused
         with self._clock.stage("driver"):
@@ -67,7 +67,7 @@ class GuardedDriver:
         return JointCommand(joints=allowed.joints)
 
     def restart(self, joints: Array) -> None:
-        """Start from joints (2, 7) at rest, with the instruments that are mounted now."""
+        """Start from joints (2, 7) at rest, with the currently mounted instruments."""
         self.driver.attach(rig_in(self._world), self._world.arms.limited(joints))
         if self.filter is not None:
             self.filter.restart()
@@ -78,7 +78,7 @@ class GuardedDriver:
         return altered
 
     def forbid(self, act: str, time_s: float) -> None:
-        """Note in the ledger that a person forbade an act."""
+        """Record in the ledger that a person forbade an act."""
         self._note(Entry(time_s=time_s, limits=(f"forbidden by a person: {act}",)))
 
     def _note(self, entry: Entry) -> None:

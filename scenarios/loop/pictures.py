@@ -1,4 +1,4 @@
-"""Pictures for a controller from pixels: drawn when it is asked, of the size in datasets."""
+"""Pictures for a controller from pixels: drawn on request, of the size in datasets."""
 
 from __future__ import annotations
 
@@ -15,12 +15,12 @@ HEIGHT, WIDTH, _ = PICTURE_SHAPE
 
 
 def specs_of(cameras: Sequence[str]) -> list[CameraSpec]:
-    """Return the cameras of these names, with pictures as datasets have them."""
+    """Return the cameras of these names, with pictures of the size in datasets."""
     return [CameraSpec(name=name, width=WIDTH, height=HEIGHT) for name in cameras]
 
 
 class Pictures:
-    """Draws what some cameras show; without any it does nothing."""
+    """Draws the pictures of some cameras; without cameras it does nothing."""
 
     def __init__(self, cameras: Sequence[str]) -> None:
         self._specs = specs_of(cameras)
@@ -29,7 +29,7 @@ class Pictures:
         """Return an observation with the cameras' pictures now, (240, 320, 3) uint8 each.
 
         Raises:
-            ValueError: the world was made without `render`.
+            ValueError: The world was made without `render`.
         """
         if not self._specs:
             return seen

@@ -1,7 +1,7 @@
-"""From the name of a planner or controller to the policy: Calot's own, or an outside one.
+"""Make a policy from the name of a planner or controller: Calot's own, or an outside one.
 
-An outside policy is named MODULE:FACTORY. Its factory is called with a `PolicySetup`; one that is
-declared privileged is called with the setup and the world.
+An outside policy is named MODULE:FACTORY. Its factory is called with a `PolicySetup`; a factory
+that is declared privileged is called with the setup and the world.
 """
 
 from __future__ import annotations
@@ -13,7 +13,7 @@ from typing import Any
 from controller.base import Controller
 from planner.base import Planner
 from planner.policy_setup import PolicySetup, is_privileged
-from scenarios.catalogue import ABLATIONS, CONTROLLERS, PEOPLE, PLANNERS
+from scenarios.catalogue import ABLATIONS, PEOPLE, policy_named
 from scenarios.files.errors import describe_error, describe_with_place
 from scenarios.loop.episode_config import EpisodeConfig
 from scenarios.loop.observer import Observer
@@ -23,13 +23,13 @@ from tissue_sim.world import World
 
 
 def make_planner(config: EpisodeConfig, world: World) -> Planner[Observation]:
-    """Return the planner that a configuration names, without what its ablation takes away.
+    """Return the planner that a configuration names, without the parts that its ablation removes.
 
     Raises:
-        ValueError: there is no such factory, or what it makes is no planner.
+        ValueError: There is no such factory, or its product is no planner.
     """
     setup = PolicySetup(seed=config.seed, checkpoint=config.planner_checkpoint)
-    planner = _made(_factory(config.planner, PLANNERS), setup, world)
+    planner = _made(_factory(config.planner), setup, world)
     _require_methods(config.planner, planner, "reset", "plan")
     return planner if config.ablation is None else resolve_name(ABLATIONS[config.ablation])(planner)
 
@@ -38,21 +38,21 @@ def make_controller(config: EpisodeConfig, world: World) -> Controller:
     """Return the controller that a configuration names.
 
     Raises:
-        ValueError: there is no such factory, or what it makes is no controller.
+        ValueError: There is no such factory, or its product is no controller.
     """
     setup = PolicySetup(seed=config.seed, checkpoint=config.checkpoint, cameras=config.cameras)
-    controller = _made(_factory(config.controller, CONTROLLERS), setup, world)
+    controller = _made(_factory(config.controller), setup, world)
     _require_methods(config.controller, controller, "reset", "act")
     return controller
 
 
 def make_person(config: EpisodeConfig, inbox: Inbox) -> Sequence[Observer]:
-    """Return who watches the episode and speaks to it, if anybody does."""
+    """Return the scripted person who watches the episode and speaks to it, if any."""
     return () if config.person is None else (resolve_name(PEOPLE[config.person])(inbox),)
 
 
 def name_of(policy: object) -> str:
-    """Return the name MODULE:CLASS of a policy that was handed over as an object."""
+    """Return the name MODULE:CLASS of a policy that was passed as an object."""
     kind = type(policy)
     return f"{kind.__module__}:{kind.__qualname__}"
 
@@ -61,24 +61,24 @@ def require_factory(name: str) -> None:
     """Check that an outside policy's factory can be imported and called.
 
     Raises:
-        ValueError: it cannot; the message says why.
+        ValueError: The factory cannot; the message says why.
     """
     if ":" in name:
-        _factory(name, {})
+        _factory(name)
 
 
 def reads_hidden_state(name: str) -> bool:
     """Return whether the policy of that name is declared privileged.
 
     Raises:
-        ValueError: there is no such factory.
+        ValueError: There is no such factory.
     """
-    return is_privileged(_factory(name, PLANNERS | CONTROLLERS))
+    return is_privileged(_factory(name))
 
 
-def _factory(name: str, known: dict[str, str]) -> Callable[..., Any]:
+def _factory(name: str) -> Callable[..., Any]:
     try:
-        factory = resolve_name(known.get(name, name))
+        factory = resolve_name(policy_named(name).factory)
     except (ImportError, AttributeError, ValueError) as error:
         raise ValueError(f"{name}: {error}") from None
     except SyntaxError as error:
@@ -91,7 +91,7 @@ def _factory(name: str, known: dict[str, str]) -> Callable[..., Any]:
 
 
 def _made(factory: Callable[..., Any], setup: PolicySetup, world: World) -> Any:
-    """Call the factory; what a privileged one makes is privileged."""
+    """Call the factory; the product of a privileged factory is privileged."""
     if not is_privileged(factory):
         return factory(setup)
     policy = factory(setup, world)

@@ -38,7 +38,7 @@ class ProgressDisplay:
         self._progress.reset(self._tasks, detail="ready", visible=True)
 
     def on_step(self, step: Any) -> None:
-        """Show the task, the simulated time, what was said and replied, and what came of it."""
+        """Show the task, the simulated time, the words and replies, and the outcomes of orders."""
         for heard in step.heard:
             self._say(f"{heard.time_s:.1f} s, {heard.text!r}: {heard.reply}")
         for told in step.told:

@@ -25,13 +25,13 @@ class TaskResult:
     """The result of one of the 17 tasks.
 
     Attributes:
-        corrections: Number of corrective instructions during it.
-        path_m: Path lengths of the left and the right tip, as the endoscope sees them; None if an
+        corrections: Number of corrective instructions during the task.
+        path_m: Path lengths of the left and the right tip in the endoscope's frame; None if an
             older version wrote the result.
         jerk_m_s3: Mean magnitude of either tip's jerk, from third differences of its position
             between control steps; None if there were too few.
-        failure_chance: The planner's highest chance of failure; None if it gives none.
-        alarm_s: Simulated time of the planner's first alarm in it; None without one.
+        failure_chance: The planner's highest chance of failure; None if the planner gives none.
+        alarm_s: Simulated time of the planner's first alarm in the task; None without one.
         left_out: Passed over by the rule for fewer clips (`tissue_sim.outcome.room`): no success,
             and no failure.
     """
@@ -49,7 +49,7 @@ class TaskResult:
 
     @property
     def is_over(self) -> bool:
-        """Return whether nothing of it is left to do."""
+        """Return whether nothing of the task is left to do."""
         return self.success or self.left_out
 
 
@@ -68,7 +68,8 @@ class PeakResult:
     """The value of a limited quantity that came nearest to its limit, or went furthest beyond it.
 
     Attributes:
-        event: The injury that it becomes beyond the limit, or a measure of the clips in place.
+        event: The injury that the value becomes beyond the limit, or a measure of the clips in
+            place.
         at_least: Whether the limit is a lower one.
     """
 
@@ -78,14 +79,14 @@ class PeakResult:
     at_least: bool = False
 
     def breaks(self, factor: float) -> bool:
-        """Tell whether it breaks the limit times a factor."""
+        """Tell whether the value breaks the limit times a factor."""
         limit = factor * self.limit
         return self.value < limit if self.at_least else self.value > limit
 
 
 @dataclass(frozen=True, kw_only=True)
 class SafetyResult:
-    """What the safety filter did in an episode.
+    """The safety filter's interventions in an episode.
 
     Attributes:
         filter: Whether the episode had a filter.
@@ -103,20 +104,20 @@ class SafetyResult:
 
 @dataclass(frozen=True, kw_only=True)
 class SensingResult:
-    """How far what was sensed is from the truth, over an episode.
+    """Errors of the observations against the truth, over an episode.
 
     Attributes:
-        near_m, near_p90_m: Median and 90th percentile of the errors of the tubes' points within
-            15 mm of the right tip; None if it never came so near.
-        from_tip_m: The same median, measured from where the tip is believed: what an arm that acts
-            by it is off; None if an older version wrote the result.
+        near_m, near_p90_m: Median and 90th percentile of the errors of the tubes' points within 15
+            mm of the right tip; None if the tip never came so near.
+        from_tip_m: The same median, relative to the estimated tip: the error of an arm that acts by
+            this estimate. None if an older version wrote the result.
         clips_m: Median error of the clips; None if there was none.
         clips_counted: Share of moments in which the number of clips is right.
-        cuts_seen: Share of moments in which it is right which tubes are severed.
+        cuts_seen: Share of moments in which the observed cuts of the tubes are right.
         within_95: Share of these points that lie in their 95 % ellipsoid.
-        hidden: Share of the tubes' points that no camera sees.
-        over_time_m: The median error near the right tip in each 5 s of the episode; None where it
-            did not come so near.
+        hidden: Share of the tubes' points that no camera shows.
+        over_time_m: The median error near the right tip in each 5 s of the episode; None where the
+            tip did not come so near.
     """
 
     near_m: float | None
@@ -136,7 +137,7 @@ class ActResult:
 
     Attributes:
         took_s: Wall time.
-        lasts_s: Simulated time of its motions; a robot would have to wait for longer ones.
+        lasts_s: Simulated time of its motions; a robot would have to wait for longer answers.
     """
 
     took_s: float
@@ -144,7 +145,7 @@ class ActResult:
 
     @property
     def share(self) -> float:
-        """Return the time it took over the time that it lasts."""
+        """Return the wall time of the answer over the duration of its motions."""
         return self.took_s / self.lasts_s
 
 
@@ -155,7 +156,7 @@ class CallResult:
     Attributes:
         reason: In the planner's words.
         in_time: Nothing irreversible had been done; an episode that called later has failed.
-        needed: By the anatomy the procedure cannot be done, see `tissue_sim.outcome.room`.
+        needed: The anatomy makes the procedure impossible, see `tissue_sim.outcome.room`.
     """
 
     reason: str
@@ -175,24 +176,25 @@ class EpisodeResult:
 
     Attributes:
         success: All tasks done, clips holding, no leak, no injury; False when called or in error.
-        call: The planner's call for a person; None if it made none.
-        error: Why the episode broke off, which is not a failure of the surgeon; None if it did not.
+        call: The planner's call for a person; None if the planner made none.
+        error: The error that broke the episode off, which is not a failure of the surgeon; None for
+            none.
         procedure_time_s: Simulated time without exchanges.
         exchange_time_s: Simulated time of tool exchanges and clip reloads.
         wall_s: Wall time.
         corrections: Sum over the tasks.
         dropped_clips: Clips that closed on nothing or fell from the applier; more than
             `CLIPS_LEFT_MAX` of them are an injury.
-        peaks: How near each limited quantity came to its limit; empty if an older version wrote
-            the result.
+        peaks: How near each limited quantity came to its limit; empty if an older version wrote the
+            result.
         anatomy_hash: Identifies the anatomy; None if the episode broke off before it was made.
-        sense: How everybody who acts observed the world, a key of `catalogue.SENSES`.
-        sensing: How well it was sensed; None for the exact state, or if the episode broke off.
+        sense: The sense of planner, controller and filter, a key of `catalogue.SENSES`.
+        sensing: Errors of the observations; None for the exact state, or if the episode broke off.
         privileged: Which of "planner" and "controller" also read the hidden state.
-        rules: What hand-written rules changed of the networks' decisions, by rule; empty for
+        rules: The changes of hand-written rules to the networks' decisions, by rule; empty for
             policies without a network, or without rules.
-        act: How slow the controller was at its slowest, by the clock like `wall_s`; None if an
-            older version wrote the result, or the episode broke off.
+        act: The controller's slowest answer, by wall time like `wall_s`. None if an older version
+            wrote the result, or the episode broke off.
     """
 
     scenario: str
@@ -220,7 +222,7 @@ class EpisodeResult:
 
     @property
     def outcome(self) -> Outcome:
-        """Return how it ended; "called" means in time, whether or not it was needed."""
+        """Return how the episode ended; "called" means in time, whether or not it was needed."""
         if self.error is not None:
             return "error"
         if self.call is not None and self.call.in_time:
@@ -234,27 +236,27 @@ class EpisodeResult:
 
     @property
     def is_needless_call(self) -> bool:
-        """Return whether it was called, although the procedure could have been done."""
+        """Return whether a person was called, although the procedure could have been done."""
         return self.outcome == "called" and self.call is not None and not self.call.needed
 
     @property
     def is_counted(self) -> bool:
-        """Return whether it counts in a pass rate: no error, and not rightly called."""
+        """Return whether the episode counts in a pass rate: no error, and not rightly called."""
         return self.is_judged or self.is_needless_call
 
 
 @dataclass(frozen=True, kw_only=True)
 class Summary:
-    """How episodes ended, and the pass rate.
+    """The ends of episodes, and the pass rate.
 
-    A call without need counts as not passed, so that no planner raises its rate by declining;
-    episodes that were called rightly, or ended in an error, leave the rate.
+    A call without need counts as not passed, so that no planner raises its rate by declining.
+    Episodes that were called rightly, or ended in an error, do not count in the rate.
 
     Attributes:
         called: Number in which the planner called for a person in time.
         needless: Number of these in which the procedure could have been done.
         pass_rate: None if no episode counts.
-        wilson_95: Of the pass rate.
+        wilson_95: Interval of the pass rate.
     """
 
     episodes: int
@@ -267,12 +269,12 @@ class Summary:
 
     @property
     def counted(self) -> int:
-        """Return the number of episodes that the pass rate is over."""
+        """Return the number of episodes that count in the pass rate."""
         return self.episodes - self.rightly_called - self.errors
 
     @property
     def rightly_called(self) -> int:
-        """Return in how many the procedure could not have been done, and a person was called."""
+        """Return the number of timely calls for patients on whom the procedure is impossible."""
         return self.called - self.needless
 
 
@@ -311,6 +313,6 @@ def episode_from(entry: dict[str, Any]) -> EpisodeResult:
     """Return the episode's result from plain data.
 
     Raises:
-        ValueError: a field is missing or of another type.
+        ValueError: A field is missing or of another type.
     """
     return msgspec.convert(entry, EpisodeResult)

@@ -1,30 +1,30 @@
-"""From the name of a sense to the sense."""
+"""Make a sense from its name: Calot's own, or an outside one of MODULE:FACTORY."""
 
 from __future__ import annotations
 
-from scenarios.catalogue import PERCEIVING
+from pkgutil import resolve_name
+
+from scenarios.catalogue import sense_named
 from scenarios.loop.episode_config import EpisodeConfig
 from scenarios.perturbation.effects import Effects
-from tissue_sim.sensing.exact import SenseExact
-from tissue_sim.sensing.sense import Sense
+from tissue_sim.sensing.sense import Sense, SenseSetup
 from tissue_sim.sensing.sensor_model import SensorModel
-from tissue_sim.sensing.tracked import SenseTracked
 
 
 def make_sense(config: EpisodeConfig, effects: Effects) -> Sense:
     """Return the sense that a configuration names, for one episode.
 
     Raises:
-        CheckpointError: there is no perception in its file, or it does not fit.
+        CheckpointError: The file holds no perception, or the perception does not fit.
+        ValueError: There is no such factory, or its product is no sense.
     """
-    if config.sense == "exact":
-        return SenseExact()
-    if config.sense in PERCEIVING:
-        from controller.perception.perception import load_perception
-        from scenarios.loop.camera_sense import SenseCameras
-        from tissue_sim.sensing.pictures.eyes import ENDOSCOPE_VIEWS, VIEWS
-
-        perception = load_perception(config.perception_checkpoint)
-        views = ENDOSCOPE_VIEWS if config.sense == "endoscope" else VIEWS
-        return SenseCameras(config.seed, perception, spoil=effects.on_picture, views=views)
-    return SenseTracked(config.seed, effects.on_senses(SensorModel()))
+    setup = SenseSetup(
+        seed=config.seed,
+        checkpoint=config.perception_checkpoint,
+        model=effects.on_senses(SensorModel()),
+        spoil=effects.on_picture,
+    )
+    sense = resolve_name(sense_named(config.sense).factory)(setup)
+    if not callable(getattr(sense, "observe", None)):
+        raise ValueError(f"{config.sense}: the {type(sense).__name__} it makes has no observe")
+    return sense

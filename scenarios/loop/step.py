@@ -1,4 +1,4 @@
-"""One control step and its outcome, as the loop hands them to observers."""
+"""One control step and its outcome, as the loop passes them to observers."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from tissue_sim.tools.arms import JointCommand
 
 @dataclass(frozen=True, kw_only=True)
 class Outcome:
-    """What a step did to the patient, and whether the running task's criterion is met."""
+    """The effects of a step on the patient, and whether the running task's criterion is met."""
 
     events: tuple[Injury, ...]
     task_done: bool
@@ -26,24 +26,25 @@ class Outcome:
 
 @dataclass(frozen=True, kw_only=True)
 class Step:
-    """One control step, as observers see it.
+    """One control step, as observers receive it.
 
     Attributes:
-        before: What everybody who acts was told before the command.
+        before: The observation of planner, controller and filter before the command.
         observation: The same, after the command.
-        exact: The exact state after the command, for those who record and judge.
-        asked: What the controller asked for; None while a perturbation or the nurse has the arms.
-        disturbed: Something else than what was asked for reached the driver.
+        exact: The exact state after the command, for observers that record and judge.
+        asked: The controller's requested action; None while a perturbation or the nurse has the
+            arms.
+        disturbed: The driver received another action than the requested one.
         exchange: The scrub nurse exchanges or reloads the right tool; the policies pause.
-        held: A person lets the arms hold: it is no time of the task.
-        stays: An arm stays where a person put it, whatever the controller asks for.
+        held: A person lets the arms hold; the step does not count in the task's time.
+        stays: An arm stays where a person put it, whatever the controller requests.
         applied: The perturbations that set in with this step.
-        altered: What the safety filter noted about this step's command.
-        heard: What people said before it, and what came of that.
-        told: What the robot says by itself: how orders ended.
-        guided: the arm that a person led, and its goal.
-        ahead: What is left of the controller's chunk.
-        spent_s: Time on the clock by stage, since the step before.
+        altered: The safety filter's entries about this step's command.
+        heard: People's words before the step, and their outcome.
+        told: The robot's reports of how orders ended.
+        guided: The arm that a person led, and its goal.
+        ahead: The rest of the controller's chunk.
+        spent_s: Wall time by stage, since the step before.
     """
 
     time_s: float

@@ -1,7 +1,8 @@
 """The endoscope is bumped: its position or its direction changes.
 
-The robot knows the endoscope's pose (its holder has encoders), so actions keep their meaning: they
-are in the current endoscope frame. The picture and every position in that frame change.
+The robot knows the endoscope's pose (its holder has encoders). Actions therefore keep their
+meaning: they are in the current endoscope frame. The picture and every position in that frame
+change.
 """
 
 from __future__ import annotations

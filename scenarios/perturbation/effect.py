@@ -1,4 +1,4 @@
-"""The base class of what a perturbation does to an episode."""
+"""The base class of a perturbation's effect on an episode."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, kw_only=True)
 class Applied:
-    """The onset of a perturbation: which, when (simulated time) and how strong."""
+    """The onset of a perturbation: its name, its simulated time and its magnitude."""
 
     name: str
     time_s: float
@@ -33,9 +33,9 @@ class Effect:
     """Applies one perturbation to one episode; this base class changes nothing.
 
     Attributes:
-        magnitude: in the perturbation's unit, above 0.
-        at: when it begins.
-        applied: its onsets so far.
+        magnitude: In the perturbation's unit, above 0.
+        at: The onset.
+        applied: Its onsets so far.
     """
 
     def __init__(self, perturbation: Perturbation, rng: np.random.Generator) -> None:
@@ -45,7 +45,7 @@ class Effect:
         self.applied: list[Applied] = []
 
     def drawn_onset(self, rng: np.random.Generator) -> Onset:
-        """Draw when it begins, if that is not set; by default the start of the episode."""
+        """Draw the onset, if it is not set; by default the start of the episode."""
         del rng
         return AtTime(time_s=0.0)
 
@@ -76,21 +76,22 @@ class Effect:
         """Change the world before its next control step, tool exchanges included."""
 
     def offset_m(self, world: World) -> Array | None:
-        """Return where it moves the body in the next control step.
+        """Return the body's displacement in the next control step.
 
         Returns:
-            The offset (3,) from where the anatomy has the body, m; None while it moves nothing.
+            The offset (3,) from the anatomy's place of the body, m; None while the body does not
+                move.
         """
         del world
         return None
 
     def due(self, world: World, task: Task) -> bool:
-        """Return whether it begins now."""
+        """Return whether the perturbation begins now."""
         if isinstance(self.at, AtTask):
             return task.index == self.at.index
         return world.record.time_s >= self.at.time_s - 1e-9
 
     def note(self, time_s: float) -> None:
-        """Note its onset."""
+        """Record the onset."""
         p = self._perturbation
         self.applied.append(Applied(name=p.name, time_s=time_s, magnitude=p.magnitude, unit=p.unit))

@@ -73,12 +73,12 @@ class LedAstray(Effect, ABC):
         return _action(world, self.arm, *waypoint)
 
     def goal(self, world: World, task: Task) -> Array:
-        """Return `T_world_tool` at the task's goal; by default that is the clip's place."""
+        """Return `T_world_tool` at the task's goal; by default the clip's place."""
         return clip_pose(world, structure_of(task, world), task.clip or 1)
 
     @abstractmethod
     def failing(self, world: World, task: Task) -> Waypoint:
-        """Return the pose and jaw opening that the arm is led to."""
+        """Return the wrong pose, and the jaw opening in it."""
 
     def _about_to_act(self, world: World, task: Task) -> bool:
         tip, goal = commanded_pose(world, self.arm)[:3, 3], self.goal(world, task)[:3, 3]
@@ -150,7 +150,7 @@ class WrongTube(ApplierAstray):
 class BothTubes(ApplierAstray):
     """Puts wide open jaws around both tubes where they are nearest; magnitude: share of the path.
 
-    It keeps clear of the grasper; it cannot reach around tubes that are far apart.
+    The jaws keep clear of the grasper; they cannot reach around tubes that are far apart.
     """
 
     def worst(self, world: World, task: Task, tube: str) -> Waypoint:
@@ -170,7 +170,8 @@ class BothTubes(ApplierAstray):
 class Overshoot(LedAstray):
     """Pushes the open applier `magnitude` m too far past the tube.
 
-    Not at the first clip of a tube: there the filter stops it at the structure at risk behind.
+    The first clip of a tube is exempt: there the filter stops the applier at the structure at risk
+    behind.
     """
 
     tasks = (4, 6, 12, 14)
@@ -197,7 +198,7 @@ def _action(world: World, arm: int, T_world_tool: Array, jaw_rad: float) -> Tool
 
 
 def _has_hold(world: World) -> bool:
-    """Return whether the grasper pinches firmly, or has caught a tube, which it must not crush."""
+    """Return whether the grasper pinches firmly, or has caught a tube; it must not crush a tube."""
     caught_n = max(reading.value for reading in crushed(world, world.record))
     return _pinch_n(world) >= GRASP_PINCH_N or caught_n > CAUGHT_N
 

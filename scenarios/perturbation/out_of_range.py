@@ -1,4 +1,4 @@
-"""Patients whose stiffness or sizes are closer to the limit of what is possible."""
+"""Patients whose stiffness or sizes are closer to the limit of the possible values."""
 
 from __future__ import annotations
 
@@ -12,8 +12,8 @@ from tissue_sim.patient.anatomy import RANGES, WIDEST_TUBE, Anatomy
 class OutOfRange(Effect):
     """Moves parameters towards the largest possible value by a share, in proportion.
 
-    v -> v (limit / v)^m: m = 0 is the seed's own patient, m = 1 is the possible limit; values in
-    between are possible, too.
+    v -> v (limit / v)^m: m = 0 is the seed's own patient, and m = 1 is the possible limit. Values
+    in between are possible, too.
     """
 
     parameters: ClassVar[tuple[str, ...]] = ()

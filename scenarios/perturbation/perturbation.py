@@ -27,15 +27,15 @@ class Perturbation:
     """A disturbance with a magnitude, so that the magnitude that breaks a policy can be found.
 
     Attributes:
-        name: in scenarios and recordings.
-        effect: path of the subclass of `scenarios.perturbation.effect.Effect` that applies it.
-        magnitude: 0 (no effect: the episode is identical to the bit) to `most`.
-        unit: of the magnitude.
-        whole: whether the magnitude must be a whole number.
-        at: when it begins; None draws it from the episode's seed.
+        name: Name in scenarios and recordings.
+        effect: Path of the subclass of `scenarios.perturbation.effect.Effect` that applies it.
+        magnitude: From 0 (no effect: the episode is identical to the bit) to `most`.
+        unit: Unit of the magnitude.
+        whole: Whether the magnitude must be a whole number.
+        at: The onset; None draws it from the episode's seed.
 
     Raises:
-        ValueError: the magnitude is not allowed.
+        ValueError: The magnitude is not allowed.
     """
 
     name: str

@@ -187,7 +187,7 @@ SENSING: tuple[Perturbation, ...] = (
         unit="m, standard deviation",
     ),
 )
-"""Errors of the sense `tracked`; with another sense they are refused."""
+"""Errors of the sense `tracked`; another sense refuses them."""
 
 PICTURES: tuple[Perturbation, ...] = (
     Perturbation(
@@ -224,4 +224,4 @@ PICTURES: tuple[Perturbation, ...] = (
         whole=True,
     ),
 )
-"""Faults of the pictures, for the sense `cameras`; with another sense they are refused."""
+"""Faults of the pictures, for the sense `cameras`; another sense refuses them."""

@@ -1,4 +1,4 @@
-"""Faults of the cameras' pictures: only what the sense `cameras` perceives changes."""
+"""Faults of the cameras' pictures: they change only the estimates of the sense `cameras`."""
 
 from __future__ import annotations
 

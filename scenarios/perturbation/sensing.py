@@ -34,6 +34,6 @@ class SensorError(Effect):
         return replace(model, **{self._size: max(usual, self.magnitude)})
 
     def before_step(self, world: World, task: Task) -> None:
-        """Note the onset: it lasts for the whole episode."""
+        """Note the onset: the error lasts for the whole episode."""
         if not self.applied and self.due(world, task):
             self.note(world.record.time_s)

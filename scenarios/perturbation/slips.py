@@ -1,4 +1,4 @@
-"""An instrument loses the clip it carries, or the tissue it holds."""
+"""An instrument loses its clip, or its hold on tissue."""
 
 from __future__ import annotations
 
@@ -35,7 +35,8 @@ class ClipDropped(Effect):
 class GraspSlip(Effect):
     """The grasper's jaws lose a share `magnitude` of their friction for a while.
 
-    Before and after, the friction is left to others: an episode may have several slips.
+    Before and after this time, other perturbations may set the friction: an episode may have
+    several slips.
     """
 
     tasks: ClassVar[tuple[int, ...]] = CLIP_TASKS

@@ -1,1 +1,1 @@
-"""Record an episode, and replay it identically to the bit."""
+"""How is an episode recorded, and replayed identically to the bit?"""

@@ -1,4 +1,4 @@
-"""Run one episode and keep its recording whatever happens."""
+"""Run one episode, and keep its recording even if the episode breaks off."""
 
 from __future__ import annotations
 
@@ -24,15 +24,15 @@ if TYPE_CHECKING:
     from scenarios.loop.person.inbox import Inbox
 
 BREAKS_OFF = (Exception, SystemExit, CancelledError)
-"""What a policy or a library may raise that ends its episode, and nothing else."""
+"""The exceptions of a policy or a library that end their episode, and nothing else."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class Attempt:
-    """An episode that was tried.
+    """An attempted episode.
 
     Attributes:
-        unwritable: why its recording could not be saved; None if it was saved.
+        unwritable: The reason why its recording could not be saved; None if it was saved.
     """
 
     result: EpisodeResult
@@ -48,12 +48,12 @@ def attempt_and_keep(
 ) -> Attempt:
     """Run one episode; an exception in it becomes the result's error, not a failure.
 
-    So does an exit that a policy asks Python for; Ctrl-C is raised.
+    An exit that a policy requests of Python counts as an exception; Ctrl-C is raised.
 
-    `inbox` holds what people say to it; `name` is that of its files, by default its seed.
+    `inbox` holds people's words to the episode; `name` is that of its files, by default its seed.
 
-    Leaves `out`/episodes/NAME.npz and, after an exception, its traceback in `out`/errors/NAME.txt,
-    as far as the disk has room; a traceback of before is removed.
+    The call leaves `out`/episodes/NAME.npz and, after an exception, its traceback in
+    `out`/errors/NAME.txt, as far as the disk has room. An earlier traceback is removed.
     """
     name = name or str(config.seed)
     os.environ.setdefault("OMP_NUM_THREADS", "1")  # small tensors: more threads are slower
@@ -67,7 +67,7 @@ def attempt_and_keep(
         with recorder:
             result = run_episode(config, [recorder, *observers], inbox)
     except BREAKS_OFF as error:
-        with suppress(OSError):  # the result tells the error without its trace
+        with suppress(OSError):  # the result reports the error without its traceback
             write_atomic(trace, traceback.format_exc().encode())
         result = broken_off(config, error, wall_s=time.perf_counter() - start_s)
     unwritable = None if recorder.is_saved else f"{recorder.path}: {result.error}"
@@ -86,7 +86,7 @@ def attempt_episode(
 
 
 def trace_path(out: Path, name: str) -> Path:
-    """Return where the traceback of an episode lies that broke off."""
+    """Return the path of the traceback of an interrupted episode."""
     return out / "errors" / f"{name}.txt"
 
 

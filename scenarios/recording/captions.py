@@ -1,4 +1,4 @@
-"""What is said and why, in a band below the endoscope's picture."""
+"""Draw the instructions and their reasons in a band below the endoscope's picture."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from scenarios.files.outside_text import visible
 from scenarios.recording.event_log import EpisodeStatus, Kind, LogLine
 
 TEXT_PX, LINE_PX, MARGIN_PX = 14, 19, 10
-LINES = 6  # of the band: who asks for what, how it goes, and the newest events
+LINES = 6  # of the band: speaker and instruction, progress, and the newest events
 RECENT_S = 10.0  # older events are not shown
 WIDE = 92  # letters of a line that is 640 pixels wide
 WHITE, SOFT = (240, 240, 240), (165, 165, 165)
@@ -28,7 +28,7 @@ COLOURS: dict[Kind, tuple[int, int, int]] = {
 def captioned(picture: NDArray[np.uint8], status: EpisodeStatus) -> NDArray[np.uint8]:
     """Return the picture (height, width, 3) with a band of the same width below it.
 
-    The band is empty before the first instruction: all pictures of a video are of one size.
+    The band is empty before the first instruction: all pictures of a video have one size.
     """
     width = picture.shape[1]
     band = Image.new("RGB", (width, LINES * LINE_PX + 2 * MARGIN_PX))

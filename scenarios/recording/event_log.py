@@ -29,7 +29,7 @@ class LogLine:
     """One event.
 
     Attributes:
-        detail: confidence, size, reply or reason; "" for none.
+        detail: Confidence, size, reply or reason; "" for none.
     """
 
     time_s: float
@@ -43,7 +43,7 @@ class Progress:
     """Progress of one task.
 
     Attributes:
-        time_s: without exchanges of tools and a person's holds, as in `TaskResult`.
+        time_s: Time without exchanges of tools and a person's holds, as in `TaskResult`.
     """
 
     time_s: float = 0.0
@@ -56,11 +56,11 @@ class EpisodeStatus:
     """An immutable copy of the log and of the episode's progress.
 
     Attributes:
-        guided_arm: which arm a person guides; None for none.
-        tasks: tasks begun so far, by index.
-        lines: the newest `KEPT` events, the newest last.
-        altered: number of commands that the safety filter changed.
-        spent_s: smoothed time of a step, by stage of the loop.
+        guided_arm: The arm that a person guides; None for none.
+        tasks: Tasks begun so far, by index.
+        lines: The newest `KEPT` events, the newest last.
+        altered: Number of commands that the safety filter changed.
+        spent_s: Smoothed time of a step, by stage of the loop.
     """
 
     time_s: float = 0.0
@@ -76,7 +76,7 @@ class EpisodeStatus:
 
 
 class EventLog:
-    """Collects the events of each step. The caller guards it with a lock."""
+    """Collects the events of each step. The caller guards the log with a lock."""
 
     def __init__(self) -> None:
         self._status = EpisodeStatus()

@@ -20,12 +20,12 @@ BY_THE_CLOCK = ("wall_s", "act")  # fields of a result that depend on the speed 
 
 @dataclass(frozen=True, kw_only=True)
 class FirstDifference:
-    """Where two recordings first differ.
+    """The first difference between two recordings.
 
     Attributes:
-        step: the first that differs; the number of steps if only the outcome differs.
-        field: what differs there.
-        size: the largest difference, in the field's unit; None if it is not a number.
+        step: The first step that differs; the number of steps if only the outcome differs.
+        field: The field that differs in this step.
+        size: The largest difference, in the field's unit; None if it is not a number.
     """
 
     step: int

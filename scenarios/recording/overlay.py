@@ -1,4 +1,4 @@
-"""What the robot sees, drawn on the endoscope's picture: points, their ellipses, hidden ones."""
+"""Draw the observation on the endoscope's picture: points, their ellipses, hidden points."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ LEAST_PX = 2.0
 
 
 def overlaid(picture: NDArray[np.uint8], seen: Observation) -> NDArray[np.uint8]:
-    """Return the picture (height, width, 3) of the left eye with what is sensed drawn on it."""
+    """Return the picture (height, width, 3) of the left eye with the observation drawn on it."""
     image = Image.fromarray(picture)
     draw = ImageDraw.Draw(image)
     pixels, radii = projected(seen, *picture.shape[:2])
@@ -37,7 +37,7 @@ def overlaid(picture: NDArray[np.uint8], seen: Observation) -> NDArray[np.uint8]
 def projected(seen: Observation, height: int, width: int) -> tuple[Array, Array]:
     """Return the points' places (n, 2), right and down, and radii (n,), in pixels.
 
-    A pinhole camera (Hartley and Zisserman, Multiple View Geometry, 2004, chapter 6).
+    The camera is a pinhole (Hartley and Zisserman, Multiple View Geometry, 2004, chapter 6).
     """
     points, focal = seen.points_m(), 0.5 * height / np.tan(0.5 * CAMERAS[0].fov_rad)
     depth_m = np.maximum(points[:, 2], 1e-3)

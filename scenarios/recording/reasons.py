@@ -1,4 +1,4 @@
-"""Say in words how an episode ended, and where it failed what went wrong first."""
+"""Say in words how an episode ended, and the first cause of a failed one."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ def reason(result: EpisodeResult) -> str | None:
 
 
 def first_not_done(result: EpisodeResult) -> str | None:
-    """Return the words of the first task, in the procedure's order, not done; None if all are."""
+    """Return the words of the procedure's first task that was not done; None if all are done."""
     done = {task.index for task in result.tasks if task.is_over}
     return next((task.text for task in TASKS if task.index not in done), None)
 
@@ -48,5 +48,5 @@ def in_detail(result: EpisodeResult) -> str:
 
 
 def _too_long(result: EpisodeResult) -> list[TaskResult]:
-    """Return the task that lasted so long that the episode ended; none if it ended otherwise."""
+    """Return the task whose length ended the episode; none if the episode ended otherwise."""
     return [task for task in result.tasks if task.time_s >= EpisodeConfig.task_cap_s]

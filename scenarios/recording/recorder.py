@@ -43,25 +43,26 @@ class Recording:
     """A recorded episode.
 
     Attributes:
-        config: the `EpisodeConfig`, as a dict.
-        versions: of the packages that it was made with.
-        world_version: version of the physics.
+        config: The `EpisodeConfig`, as a dict.
+        versions: Versions of the packages that made the recording.
+        world_version: Version of the physics.
         checkpoints: SHA-256 of each checkpoint, by `controller`, `planner` and `perception`.
-        anatomy: the anatomy, as a dict; None if the episode broke off before its reset.
-        instructions: table of instructions: task index, text, source, remark.
-        events: injuries, in order, each with its step.
-        perturbations: applied perturbations, in order, each with the step of its onset.
-        ledger: the safety filter's changes, in order, each with the step in which it began.
-        heard: what people said, in order, each with its step: how and by what it was read, the
-            resulting instruction, and the reply; commands and instructions by their texts.
-        told: what the robot said by itself, how orders ended, each with its step.
-        hands: each `GuidedArm`, with its step.
-        result: the `EpisodeResult`, as a dict; None if the episode broke off.
-        error: the error that broke it off; None for none.
-        sha256: of all this; None before schema 8.
-        arrays: by the names of `STEP_ARRAYS`; joints in rad and m, left arm first, tip poses in
-            the endoscope frame (m), forces in N; `instruction` is a row of `instructions`,
-            `right_tool` one of `RIGHT_TOOLS`, `clip_loaded` 0 or 1.
+        anatomy: The anatomy, as a dict; None if the episode broke off before its reset.
+        instructions: Table of instructions: task index, text, source, remark.
+        events: Injuries, in order, each with its step.
+        perturbations: Applied perturbations, in order, each with the step of its onset.
+        ledger: The safety filter's changes, in order, each with the step in which it began.
+        heard: People's words, in order, each with its step: the reading and its reader, the
+            resulting instruction, and the reply. Commands and instructions are stored by their
+            texts.
+        told: The robot's reports of how orders ended, each with its step.
+        hands: Each `GuidedArm`, with its step.
+        result: The `EpisodeResult`, as a dict; None if the episode broke off.
+        error: The error that broke the episode off; None for none.
+        sha256: Hash of the whole content; None before schema 8.
+        arrays: Arrays by the names of `STEP_ARRAYS`. Joints are in rad and m, left arm first; tip
+            poses are in the endoscope frame (m); forces are in N. `instruction` is a row of
+            `instructions`, `right_tool` one of `RIGHT_TOOLS`, `clip_loaded` 0 or 1.
     """
 
     config: dict[str, Any]
@@ -86,8 +87,8 @@ class Recording:
 class Recorder:
     """Observes an episode in a `with` block, and saves it when the block is left.
 
-    It also saves after an exception or a signal, and no signal cuts the saving short.
-    `is_saved` tells whether its file was written, wherever somebody moved the file since.
+    The recorder also saves after an exception or a signal, and no signal cuts the saving short.
+    `is_saved` tells whether its file was written, even if the file was moved since.
     """
 
     config: EpisodeConfig
@@ -198,7 +199,7 @@ def recording_bytes(header: Mapping[str, Any], arrays: Mapping[str, np.ndarray])
 
 
 def recomputed(exact: Any) -> dict[str, np.ndarray]:
-    """Return what follows from the commands alone, of the world's exact state after a step."""
+    """Return the quantities that follow from the commands alone, of the world's exact state."""
     quantities = {
         "time_s": exact.time_s,
         "joints": exact.joints,
@@ -241,9 +242,9 @@ def load(path: Path, *, steps: bool = True) -> Recording:
     """Read and check a recorded episode; without `steps`, quickly and without its arrays.
 
     Raises:
-        ValueError: the file has another schema, is damaged or was changed after it was saved, or is
-            not a recording; the message is one line.
-        OSError: the file cannot be read.
+        ValueError: The file has another schema, is damaged or was changed after it was saved, or is
+            not a recording. The message is one line.
+        OSError: The file cannot be read.
     """
     try:
         arrays = read_npz(path, MAX_BYTES, only=None if steps else HEADER)

@@ -1,8 +1,8 @@
 """Run a recorded episode's commands through the world again, to recover the tissue.
 
-A recording holds what was commanded and what the arms did, not the tissue. The world is
-deterministic, so the same commands on the same patient, disturbed in the same way, move the same
-tissue. Arms, forces, injuries and the judgement that are the same, bit for bit, show this.
+A recording holds commands and arm motions, not the tissue. The world is deterministic: the same
+commands on the same patient, disturbed in the same way, move the same tissue. Identical arms,
+forces, injuries and judgements, bit for bit, show this.
 """
 
 from __future__ import annotations
@@ -28,18 +28,18 @@ from tissue_sim.world import World
 
 
 class CommandRerun:
-    """One recording and the world that it runs through.
+    """One recording and the world that replays its commands.
 
     Attributes:
-        world: the patient on the table, before the first step.
-        n_steps: number of steps.
+        world: The patient on the table, before the first step.
+        n_steps: Number of steps.
     """
 
     def __init__(self, recording: Recording) -> None:
         """Put the patient on the table.
 
         Raises:
-            ValueError: the recording is of another version, which has other options or patients.
+            ValueError: The recording is of another version, which has other options or patients.
         """
         self._recording, self._config = recording, config_of(recording)
         self.n_steps = len(recording.arrays["time_s"])
@@ -53,9 +53,9 @@ class CommandRerun:
             )
 
     def steps(self) -> Iterator[tuple[str, ...]]:
-        """Run the steps; after each, yield what is not as recorded, to the bit.
+        """Run the steps; after each, yield the fields that differ from the recording, to the bit.
 
-        After the last step it is the result, too. An error of the world ends the steps.
+        After the last step the result is compared, too. An error of the world ends the steps.
         """
         for k in range(self.n_steps):
             try:
@@ -68,7 +68,7 @@ class CommandRerun:
             yield unlike
 
     def _step(self, k: int) -> tuple[str, ...]:
-        """Run step `k`; return the names of what is not as recorded."""
+        """Run step `k`; return the names of the fields that differ from the recording."""
         arrays, world = self._recording.arrays, self.world
         task = TASKS[self._recording.instructions[arrays["instruction"][k]]["task"] - 1]
         if self._nurse_came(k):
@@ -86,7 +86,7 @@ class CommandRerun:
         return (*unlike, *(["events"] if injuries != noted else []))
 
     def _unlike_result(self) -> list[str]:
-        """Return which parts of the recorded result the patient does not bear out."""
+        """Return the parts of the recorded result that the patient contradicts."""
         if (result := self._recording.result) is None:
             return []
         done = {task["index"] for task in result["tasks"] if task["success"]}
@@ -117,7 +117,7 @@ def config_of(recording: Recording) -> EpisodeConfig:
     """Return the configuration of a recording.
 
     Raises:
-        ValueError: this version does not know it.
+        ValueError: This version does not know the configuration.
     """
     try:
         made = msgspec.convert(recording.config, EpisodeConfig)

@@ -11,7 +11,7 @@ import numpy as np
 
 from planner.chat.endpoint import endpoint_from_environment
 from planner.command import COMMANDS
-from scenarios.catalogue import ENDPOINT_PLANNERS
+from scenarios.catalogue import policy_named
 from scenarios.files.errors import describe_error
 from scenarios.loop.episode_config import EpisodeConfig
 from scenarios.loop.person.guided_arm import GuidedArm
@@ -28,7 +28,7 @@ from tissue_sim.version import WORLD_VERSION
 from tissue_sim.world import World
 
 INTERRUPTIONS = ("KeyboardInterrupt", "Restart")
-"""Errors from outside, without which the episode would have continued."""
+"""Errors from outside the episode, which would have continued without them."""
 
 
 class CutOffError(RuntimeError):
@@ -41,7 +41,7 @@ def repeat(recording: Recording, out: Path, allowed: Set[str] | None = frozenset
     A policy MODULE:FACTORY of the recording must be `allowed`; None allows all.
 
     Raises:
-        ValueError: it cannot be repeated here; the message says why.
+        ValueError: The episode cannot be repeated here; the message says why.
     """
     config = _repeatable(recording, allowed)
     inbox = Inbox()
@@ -52,21 +52,21 @@ def repeat(recording: Recording, out: Path, allowed: Set[str] | None = frozenset
 
 
 def _repeatable(recording: Recording, allowed: Set[str] | None) -> EpisodeConfig:
-    """Return its configuration; what people said is in the recording itself."""
+    """Return the recording's configuration; people's words are in the recording itself."""
     if recording.world_version != WORLD_VERSION:
         raise ValueError(
             f"made in world version {recording.world_version}, but here it is {WORLD_VERSION}"
         )
     config = replace(config_of(recording), instruct=None, person=None, act_limit_s=None)
-    for role, name in (("planner", config.planner), ("controller", config.controller)):
-        if ":" in name and allowed is not None and name not in allowed:
+    for role, name in config.outside.items():
+        if allowed is not None and name not in allowed:
             raise ValueError(
                 f"it names {name!r} as its {role}, which is code: give --{role} {name}, or --trust"
             )
         require_factory(name)
-    if config.planner in ENDPOINT_PLANNERS:
+    if policy_named(config.planner).endpoint:
         endpoint_from_environment()
-    if recording.checkpoints:  # none if it broke off before its reset
+    if recording.checkpoints:  # none if the episode broke off before its reset
         _require_same_checkpoints(config, recording.checkpoints)
     return config
 
@@ -85,7 +85,7 @@ def _require_same_checkpoints(config: EpisodeConfig, recorded: dict[str, str]) -
 
 
 class _People:
-    """Observes a repeated episode, and repeats before each step what people said and did."""
+    """Observes a repeated episode, and repeats people's recorded acts before each step."""
 
     def __init__(self, recording: Recording, inbox: Inbox) -> None:
         self._recording, self._inbox = recording, inbox

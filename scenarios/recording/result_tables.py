@@ -76,7 +76,7 @@ def rule_table(episodes: Sequence[EpisodeResult]) -> Table | None:
 
 
 def sensing_lines(episodes: Sequence[EpisodeResult]) -> list[str]:
-    """Return a line for each episode that was sensed with errors: how large they were."""
+    """Return a line with the sensing errors of each episode whose observations had errors."""
     return [
         f"sensed ({e.sense}), seed {e.seed}: points near the right tip {_mm(e.sensing.near_m)}"
         f" (median), {_mm(e.sensing.near_p90_m)} (90 %), clips {_mm(e.sensing.clips_m)};"
@@ -112,7 +112,7 @@ def episode_table(episodes: Sequence[EpisodeResult]) -> Table:
 
 
 def act_lines(episodes: Sequence[EpisodeResult]) -> list[str]:
-    """Return a line for each controller that was slower than its motions last, or for the only."""
+    """Return a line for each controller that was slower than its motions, or for the only one."""
     return [
         f"seed {e.seed}: the controller took at most {e.act.took_s:.3f} s for motions that last"
         f" {e.act.lasts_s:.3f} s" + (": too slow for a robot" if e.act.share > 1.0 else "")

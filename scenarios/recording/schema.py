@@ -1,6 +1,6 @@
-"""The schema of a recording: what its file must hold, and which of its parts must agree.
+"""The schema of a recording: the required parts of its file, and the parts that must agree.
 
-A file may come from anybody, so all of it is checked before anything in it is used.
+A file may come from anybody, so the whole file is checked before any part of it is used.
 """
 
 from __future__ import annotations
@@ -41,10 +41,10 @@ STEP_ARRAYS: dict[str, tuple[int, ...]] = {
 """Shape of each recorded quantity in one step; the file stacks the steps along a first axis."""
 
 NOTES = ("events", "perturbations", "ledger", "heard", "told", "hands")
-"""What is recorded only for some steps; each entry has its `step`."""
+"""The notes that only some steps have; each entry has its `step`."""
 
 PARTS = ("config", "versions", "world_version", "checkpoints", "anatomy", "result", "error")
-"""What else a header tells, besides its schema and the table of instructions."""
+"""The other parts of a header, besides its schema and the table of instructions."""
 
 WHOLE = ("instruction", "right_tool", "clip_loaded")
 
@@ -125,7 +125,7 @@ def require_header(header: Any) -> None:
     """Check the header of a recording: its keys, their types, and names that must be known.
 
     Raises:
-        ValueError: it is another one; the message says where and why.
+        ValueError: The header has another form; the message says where and why.
     """
     version = header.get("schema_version") if isinstance(header, dict) else None
     if version not in READABLE:
@@ -146,10 +146,10 @@ def require_header(header: Any) -> None:
 
 
 def require_steps(header: Mapping[str, Any], arrays: Mapping[str, NDArray[Any]]) -> None:
-    """Check the arrays of a recording, and that the header speaks of steps that there are.
+    """Check the arrays of a recording, and that the header names only existing steps.
 
     Raises:
-        ValueError: an array is missing or unknown, of another type or shape, or not finite.
+        ValueError: An array is missing or unknown, of another type or shape, or not finite.
     """
     if odd := set(arrays) ^ set(STEP_ARRAYS):
         raise ValueError(f"missing or unknown: {', '.join(sorted(odd))}")
@@ -186,7 +186,7 @@ def require_agreement(header: Mapping[str, Any], n_steps: int) -> None:
     """Check that the result of a recording is that of its configuration, steps and events.
 
     Raises:
-        ValueError: two parts contradict each other.
+        ValueError: Two parts contradict each other.
     """
     if header["result"] is not None:
         result = episode_from(header["result"])

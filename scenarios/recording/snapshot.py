@@ -1,4 +1,4 @@
-"""A moment of a running episode, from which it can continue repeatedly and identically."""
+"""A moment of a running episode, from which the episode can continue repeatedly and identically."""
 
 from __future__ import annotations
 
@@ -9,9 +9,9 @@ from scenarios.loop.person.inbox import Inbox
 
 
 class Snapshot:
-    """Everything the next steps depend on: world, planner, controller, driver, filter, chance.
+    """The state on which the next steps depend: world, planner, controller, driver, filter, chance.
 
-    Take it between the steps of `Episode.steps`, while the controller has the arms.
+    Take a snapshot between the steps of `Episode.steps`, while the controller has the arms.
     """
 
     def __init__(self, episode: Episode) -> None:
@@ -22,7 +22,8 @@ class Snapshot:
     def again(self) -> Episode:
         """Return an episode that continues from here, with its own inbox.
 
-        All of them, and the original, share the world and the filter: only the latest can continue.
+        All returned episodes, and the original, share the world and the filter: only the latest can
+        continue.
         """
         episode = _copied(self._episode)
         episode.world.restore(self._state)

@@ -32,8 +32,8 @@ class Verdict:
     """The outcome of verifying one file.
 
     Attributes:
-        outcome: the same to the bit, different, not repeatable here, or its process died.
-        remark: the length, the first difference and its size, or the reason for a refusal.
+        outcome: The same to the bit, different, not repeatable here, or its process died.
+        remark: The length, the first difference and its size, or the reason for a refusal.
     """
 
     file: Path
@@ -71,7 +71,7 @@ def verify(file: Path, allowed: Set[str] | None = frozenset()) -> Verdict:
 def _folder() -> Iterator[Path]:
     """Yield a temporary folder that is made when the episode is saved, not before it runs.
 
-    It is removed at once, so that a process which is killed hardly ever leaves one behind.
+    The folder is removed at once, so that a killed process hardly ever leaves one behind.
     """
     folder = Path(gettempdir(), f"calot-verify-{uuid4().hex}")
     try:
@@ -106,7 +106,7 @@ def _naming(file: Path, error: ValueError) -> str:
 
 
 def _changes(recorded: dict[str, str]) -> Iterator[str]:
-    """Yield the versions that differ here; equality is not promised then."""
+    """Yield the versions that differ here; the promise of equality does not cover them."""
     for name, here in versions().items():
         if recorded.get(name) != here:
             yield f"made with {name} {recorded.get(name, 'unknown')}, but here it is {here}"

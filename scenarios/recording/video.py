@@ -1,4 +1,4 @@
-"""The endoscope's view of an episode as an mp4."""
+"""Write the endoscope's view of an episode as an mp4."""
 
 from __future__ import annotations
 
@@ -13,19 +13,21 @@ from tissue_sim.saving.video import Video
 if TYPE_CHECKING:  # heavy to import
     from scenarios.recording.event_log import EventLog
 
-CLOSING_S = 3.0  # for which the result is shown
+CLOSING_S = 3.0  # duration of the result at the end
 
 
 @dataclass(kw_only=True)
 class VideoWriter:
     """Observes an episode in a `with` block; the file is complete when the block is left.
 
-    Asks the world for `endoscope_rgb()`, an image (H, W, 3) of uint8, once a control step.
+    The writer calls the world's `endoscope_rgb()` once a control step, for an image (H, W, 3) of
+    uint8.
 
     Attributes:
-        path: of the file.
-        overlay: whether what the robot sees is drawn on it.
-        captions: whether a band below it tells what is said and why, and at last the result.
+        path: Path of the file.
+        overlay: Whether the robot's observation is drawn on the picture.
+        captions: Whether a band below the picture shows the instructions, their reasons, and at
+            last the result.
     """
 
     needs_images: ClassVar[bool] = True

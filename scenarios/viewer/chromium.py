@@ -25,7 +25,7 @@ PATIENCE_MS = 120_000
 
 
 def missing() -> str:
-    """Return why no browser can be used; "" if one can."""
+    """Return the reason why no browser can be used; "" if one can."""
     try:
         import playwright.sync_api  # noqa: F401  # pyright: ignore[reportMissingImports]
     except ImportError:
@@ -57,7 +57,7 @@ def open_tab(
     """Open a tab on an address; `script` runs before the page's own.
 
     Raises:
-        RuntimeError: when the block is left, if the page had an error.
+        RuntimeError: When the block is left, if the page had an error.
     """
     errors: list[str] = []
     context = chromium.new_context(viewport={"width": WIDTH, "height": HEIGHT}, offline=offline)

@@ -1,4 +1,4 @@
-"""What the page draws: immutable copies of the world's state."""
+"""Immutable copies of the world's state, which the page draws."""
 
 from __future__ import annotations
 
@@ -28,12 +28,12 @@ _NUMBERS = count()
 
 @dataclass(frozen=True, kw_only=True)
 class Patient:
-    """What stays the same from a patient's first step to the last, in the world frame.
+    """The constant properties of a patient, in the world frame.
 
     Attributes:
-        number: unique within the process.
+        number: Unique within the process.
         T_world_endoscope: (4, 4) initial pose of the endoscope.
-        keep_outs: bodies that the safety filter keeps the instruments away from.
+        keep_outs: Bodies that the safety filter keeps the instruments away from.
     """
 
     number: int
@@ -48,26 +48,26 @@ class Frame:
     """The world at one simulated time, in the world frame.
 
     Attributes:
-        patient: the patient's number.
-        time_s: simulated time.
-        positions_m: (n, 3) of the tissue's vertices.
-        tets: (n_tet, 4) tetrahedra that are left.
-        alive: (n_organ_tet,) which of the organ's tetrahedra these are.
-        dyed: share of the tissue that is covered by red liquid.
-        tools: names of the left and right instrument.
+        patient: The patient's number.
+        time_s: Simulated time.
+        positions_m: (n, 3) positions of the tissue's vertices.
+        tets: (n_tet, 4) remaining tetrahedra.
+        alive: (n_organ_tet,) whether each of the organ's tetrahedra remains.
+        dyed: Share of the tissue that is covered by red liquid.
+        tools: Names of the left and right instrument.
         T_world_link: (2, 4, 4, 4) links of each arm, in the order of `PATCH_LINKS`.
         T_world_tool: (2, 4, 4) instrument tips.
         jaw_rad: (2,) jaw openings of the last command.
         T_world_leg: (n, 4, 4) legs of the clips.
         strands_m: (n, 2, 3) ends of the intact connective-tissue strands.
-        leaks: surfaces of leaking liquid, by structure.
+        leaks: Surfaces of leaking liquid, by structure.
         forces_n: (2, 3) force of the tissue on each instrument.
         ahead_m: (2, n, 3) path of each tip through the rest of the action chunk, current tip first.
-        seen_m: (n, 3) points as the robot senses them; none where nobody senses, as in a replay.
-        seen_std_m: (n,) how uncertain they are.
-        seen_hidden: (n,) which of them no camera sees.
+        seen_m: (n, 3) observed points; none without a sense, as in a replay.
+        seen_std_m: (n,) standard deviations of the observed points.
+        seen_hidden: (n,) whether each observed point is hidden from all cameras.
         body_m: (3,) displacement of the body from its initial place.
-        T_world_endoscope: (4, 4).
+        T_world_endoscope: (4, 4) current pose of the endoscope.
     """
 
     patient: int
@@ -113,11 +113,11 @@ def frame_of(
     """Return a frame of the world's current state and the controller's planned motions.
 
     Args:
-        world: the world to copy.
-        patient: the world's patient.
-        ahead: the next actions of the current chunk.
-        before: an earlier frame; its `tets` are shared unless tetrahedra were cut since.
-        seen: what the robot senses.
+        world: The world to copy.
+        patient: The world's patient.
+        ahead: The next actions of the current chunk.
+        before: An earlier frame; its `tets` are shared unless tetrahedra were cut since.
+        seen: The robot's observation.
     """
     T_world_tool = world.arms.T_world_tool()
     alive = alive_tets(world)

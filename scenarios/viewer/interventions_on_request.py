@@ -1,4 +1,4 @@
-"""Interventions that are saved as training data only when a person asks for it."""
+"""Save interventions as training data only on a person's request."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from scenarios.loop.results import EpisodeResult
 
 
 class InterventionsOnRequest(Interventions):
-    """Can be saved from any thread, during an episode."""
+    """Observes an episode; any thread may save it during the episode."""
 
     def on_end(self, result: EpisodeResult) -> None:
         """Save nothing: a person decides."""
@@ -18,8 +18,8 @@ class InterventionsOnRequest(Interventions):
         """Save the episode so far, marked as not successful because its result is unknown.
 
         Raises:
-            OSError: the file cannot be written.
-            ValueError: nobody has intervened, or the folder holds parts that do not fit.
+            OSError: The file cannot be written.
+            ValueError: No person has intervened, or the folder holds parts that do not fit.
         """
         path = self.save(success=False, failures=[])
         if path is None:

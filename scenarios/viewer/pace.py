@@ -1,4 +1,4 @@
-"""The speed of an episode: paused, step by step, or at a speed; and requests to restart."""
+"""The pace of an episode: paused, step by step, or at a speed; and requests to restart."""
 
 from __future__ import annotations
 
@@ -9,16 +9,16 @@ from threading import Condition
 
 from scenarios.loop.episode_config import EpisodeConfig
 
-LATE_S = 0.25  # a loop that is later than this does not try to catch up
+LATE_S = 0.25  # a loop that is later than this does not catch up
 
 
 class Restart(BaseException):
-    """A person has started another episode: the running one ends.
+    """A person has started another episode: the running episode ends.
 
-    A BaseException, like KeyboardInterrupt, so that no handler of errors catches it.
+    The class is a BaseException, like KeyboardInterrupt, so that no handler of errors catches it.
 
     Attributes:
-        config: configuration of the requested episode.
+        config: Configuration of the requested episode.
     """
 
     def __init__(self, config: EpisodeConfig) -> None:
@@ -88,7 +88,7 @@ class Pace:
         """Wait until the next step is due, `step_s` of simulated time after the last one.
 
         Raises:
-            Restart: a person has started another episode.
+            Restart: A person has started another episode.
         """
         with self._turn:
             self._due_s += step_s / self._speed
@@ -104,7 +104,7 @@ class Pace:
         """Wait until a person starts another episode.
 
         Raises:
-            Restart: always, when that happens.
+            Restart: Always, when a person does.
         """
         with self._turn:
             while True:

@@ -34,7 +34,7 @@ class Page(DrawnPage):
     """The page of the live procedure. Draws nothing while no tab is open."""
 
     def __init__(self, ask: Asks, ask_slowly: Asks, gate: Gate, *, host: str, port: int) -> None:
-        """Make the page; `ask_slowly` is for what takes long, and must not hold `ask` up."""
+        """Make the page; `ask_slowly` is for slow calls, which must not delay `ask`."""
         super().__init__(gate, host=host, port=port)
         self._ask, self._ask_slowly = ask, ask_slowly
         theme(self.server.gui, dark=True)

@@ -25,22 +25,22 @@ class RecordingFrames:
     """The frames of a recording; the list grows while the recorded commands are replayed.
 
     Attributes:
-        patient: the recorded patient.
-        frames: made so far, evenly spaced in simulated time.
-        has_result: whether the recording tells the episode's result.
-        marks: instructions, speech, injuries and disturbances, in order of time.
-        end_s: simulated time of the last step.
-        replayed_s: simulated time of the last step that was replayed so far.
-        n_replayed: number of these steps.
-        differs_s: first time at which something is not as recorded; None so far.
-        differs_in: what that is.
+        patient: The recorded patient.
+        frames: The frames made so far, evenly spaced in simulated time.
+        has_result: Whether the recording holds the episode's result.
+        marks: Instructions, speech, injuries and disturbances, in order of time.
+        end_s: Simulated time of the last step.
+        replayed_s: Simulated time of the last step that was replayed so far.
+        n_replayed: Number of these steps.
+        differs_s: First time at which the replay differs from the recording; None so far.
+        differs_in: The fields that differ there.
     """
 
     def __init__(self, recording: Recording, *, every: int) -> None:
         """Prepare to make one frame every `every` steps.
 
         Raises:
-            ValueError: the recording is of another version.
+            ValueError: The recording is of another version.
         """
         self._rerun, self._every = CommandRerun(recording), every
         self._time_s = recording.arrays["time_s"]

@@ -70,7 +70,7 @@ class ReplayPage(DrawnPage):
             self._time_s = 0.0
 
     async def _on_timeline(self, event: viser.GuiEvent) -> None:
-        if event.client is not None:  # a person moved it, not the player
+        if event.client is not None:  # a person moved the slider, not the player
             self._go(self._timeline.value)
 
     async def _on_jump(self, event: viser.GuiEvent) -> None:

@@ -14,10 +14,10 @@ from scenarios.viewer.session_state import SessionState
 def watch_episodes(session: SessionState) -> None:
     """Run the requested episodes until a signal comes between two of them.
 
-    One that breaks off is shown as such; another may follow.
+    An episode that breaks off is shown as such; another may follow.
 
     Raises:
-        KeyboardInterrupt: a signal came in an episode.
+        KeyboardInterrupt: A signal came in an episode.
     """
     while True:
         try:
@@ -36,7 +36,7 @@ def watch_episode(session: SessionState) -> EpisodeResult:
     """Run and record one episode, under a name that no earlier recording has.
 
     Raises:
-        Restart: a person has started another episode.
+        Restart: A person has started another episode.
     """
     return attempt_episode(
         session.config,

@@ -1,4 +1,4 @@
-"""The state of a viewer session: what the page reads, and what its controls change."""
+"""The state of a viewer session, which the page reads and its controls change."""
 
 from __future__ import annotations
 
@@ -32,13 +32,13 @@ class State:
     """A snapshot of the session for the panels.
 
     Attributes:
-        config: configuration of the current episode.
-        restarts: whether the page may start another episode.
-        speed: simulated time over real time.
-        guided: whether a person guides an arm.
-        intervened: whether there is an intervention to save as training data.
-        anatomy: the current patient's; None before the first patient.
-        camera: whether endoscope pictures are rendered.
+        config: Configuration of the current episode.
+        restarts: Whether the page may start another episode.
+        speed: Simulated time over real time.
+        guided: Whether a person guides an arm.
+        intervened: Whether there is an intervention to save as training data.
+        anatomy: The current patient's; None before the first patient.
+        camera: Whether endoscope pictures are rendered.
         picture: (height, width, 3) newest endoscope picture; None before the first.
     """
 
@@ -59,9 +59,9 @@ class SessionState:
     """A session: a series of episodes that people watch and correct. Safe to call from any thread.
 
     Attributes:
-        config: configuration of the current episode.
-        out: folder for recordings and interventions.
-        restarts: whether the page may start another episode.
+        config: Configuration of the current episode.
+        out: Folder for recordings and interventions.
+        restarts: Whether the page may start another episode.
     """
 
     config: EpisodeConfig
@@ -111,12 +111,12 @@ class SessionState:
         """Submit a command of the closed set, as a button does.
 
         Raises:
-            KeyError: there is no such command.
+            KeyError: There is no such command.
         """
         self.inbox.press(COMMANDS[text])
 
     def hear(self, reading: Reading) -> None:
-        """Submit the reading of what a person said."""
+        """Submit the reading of a person's words."""
         self.inbox.put(reading)
 
     def guide(self, arm: GuidedArm | None) -> None:
@@ -127,7 +127,7 @@ class SessionState:
         """Apply a disturbance of `MANUAL`.
 
         Raises:
-            KeyError: there is no such disturbance.
+            KeyError: There is no such disturbance.
         """
         self.inbox.disturb(MANUAL[name])
 
@@ -167,8 +167,8 @@ class SessionState:
         """Save the episode so far as training data; return the file's path.
 
         Raises:
-            OSError: the file cannot be written.
-            ValueError: nobody has intervened, or the folder holds parts that do not fit.
+            OSError: The file cannot be written.
+            ValueError: No person has intervened, or the folder holds parts that do not fit.
         """
         return self.interventions.save_so_far()
 

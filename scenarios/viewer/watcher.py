@@ -1,4 +1,4 @@
-"""Copies what the page needs out of the running loop, only when the page asks."""
+"""Copy the page's data out of the running loop, only on the page's request."""
 
 from __future__ import annotations
 
@@ -23,9 +23,9 @@ class Watcher:
     """Observes an episode. The loop waits for the pace, never for a page.
 
     Attributes:
-        needs_images: whether the world must have cameras.
-        patient: the current one; None before the first.
-        frame: the newest frame; None before the first.
+        needs_images: Whether the world must have cameras.
+        patient: The current patient; None before the first.
+        frame: The newest frame; None before the first.
         picture: (height, width, 3) newest endoscope picture, where the world has cameras.
     """
 
@@ -63,7 +63,7 @@ class Watcher:
         self._pace.wait(0.0, self._serve)
 
     def on_step(self, step: Step) -> None:
-        """Log the step, copy the world if asked to, and wait until the next step is due."""
+        """Log the step, copy the world if requested, and wait until the next step is due."""
         self._step = step
         with self._lock:
             self._log.note(step)

@@ -1,4 +1,4 @@
-"""How often a process that runs episodes searches for garbage."""
+"""Set how often a process that runs episodes searches for garbage."""
 
 import gc
 
@@ -6,7 +6,7 @@ OBJECTS = 100_000  # Python's own 700 costs half a second while libraries are im
 
 
 def search_garbage_rarely() -> None:
-    """Let Python search for garbage only after that many new objects, in this whole process.
+    """Let Python search for garbage only after `OBJECTS` new objects, in this whole process.
 
     A program that calls `run_episode` itself decides this for itself.
     """

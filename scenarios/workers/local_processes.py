@@ -34,7 +34,7 @@ class _Worker:
 
     def begin(self, number: int, config: Any) -> None:
         self.number = number
-        with suppress(BrokenPipeError):  # it has died: `outcome` reports it
+        with suppress(BrokenPipeError):  # the worker has died: `outcome` reports it
             self.connection.send(config)
 
     def outcome(self) -> Any:
@@ -51,7 +51,7 @@ class _Worker:
             os.kill(self.process.pid, signal.SIGINT)
 
     def leave(self) -> None:
-        """Close the connection, which ends the process, and wait for its end; end its children."""
+        """Close the connection, which ends the process; wait for its end; end its children."""
         self.connection.close()
         wait([self.process.sentinel], STOP_TIMEOUT_S)
         with suppress(ProcessLookupError):
@@ -67,7 +67,7 @@ class LocalProcesses(Generic[Config, Result]):
         """Make a pool, without processes yet.
 
         Raises:
-            MainGuardError: this is called by a script that has no main guard.
+            MainGuardError: The caller is a script that has no main guard.
         """
         require_main_guard()
         self._attempt = attempt
@@ -101,7 +101,7 @@ class LocalProcesses(Generic[Config, Result]):
     def leave(self) -> list[Result]:
         """Interrupt running attempts, wait until they are saved, and end all workers.
 
-        Return the results of those that were finished before the interruption.
+        Return the results of attempts that finished before the interruption.
         """
         stopping, idle, self._busy, self._idle = self._busy, self._idle, [], []
         for worker in stopping:
@@ -134,8 +134,8 @@ def _serve(connection: Connection, attempt: Callable[[Any], Any]) -> None:
         Thread(target=_stop_without_parent, name="calot-parent", daemon=True).start()
         for config in _received(connection):
             with counting():
-                result = attempt(config)  # what it raises ends the process, with its traceback
-                with suppress(OSError):  # the parent is gone: there is nothing to receive
+                result = attempt(config)  # an exception ends the process, with its traceback
+                with suppress(OSError):  # the parent is gone: no process can receive the result
                     connection.send(result)
     if _parent_is_gone(timeout_s=0.0):
         os.killpg(0, signal.SIGKILL)  # with its own children
@@ -155,7 +155,7 @@ def _parent_is_gone(timeout_s: float | None) -> bool:
 
 
 def _received(connection: Connection) -> Iterator[Any]:
-    """Yield what the parent sends, until it closes the connection."""
+    """Yield the parent's messages, until the parent closes the connection."""
     with suppress(EOFError, OSError):
         while True:
             yield connection.recv()

@@ -37,7 +37,7 @@ class WorkerPool(Protocol[Given, Got]):
     def leave(self) -> Sequence[Got]:
         """Interrupt running attempts, as Ctrl-C does, wait until they are saved, and end.
 
-        Return the results of those that were finished before the interruption.
+        Return the results of attempts that finished before the interruption.
         """
         ...
 
@@ -53,9 +53,9 @@ def run_side_by_side(
 
     An attempt whose worker died is repeated once; `after_death` makes the result if it dies again.
     The workers are other processes, which get `attempt` by pickle: on this machine or, with
-    `cluster` (HOST:PORT), on a Ray cluster. Closing the iterator early interrupts them, and they
-    save what they have recorded; so does a signal, after which the results of those that were
-    finished are yielded before KeyboardInterrupt is raised.
+    `cluster` (HOST:PORT), on a Ray cluster. Closing the iterator early interrupts the attempts, and
+    they save their recordings. A signal does the same. After a signal, the results of finished
+    attempts are yielded before KeyboardInterrupt is raised.
     """
     pool = _pool(attempt, cluster)
     coming, again = enumerate(configs), deque[tuple[int, Config]]()

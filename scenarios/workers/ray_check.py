@@ -1,4 +1,4 @@
-"""Check before any work that the nodes of a Ray cluster can do it."""
+"""Check before any work that the nodes of a Ray cluster can do the work."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""A pool of workers on the machines of a Ray cluster, which this machine is a node of.
+"""A pool of workers on the machines of a Ray cluster, of which this machine is a node.
 
 The current folder, and the files that the command names, lie on a disk that all nodes share.
 """
@@ -48,7 +48,7 @@ class RayWorkers(Generic[Config, Result]):
     def leave(self) -> list[Result]:
         """Interrupt running attempts and wait until they are saved.
 
-        Return the results of those that were finished before the interruption.
+        Return the results of attempts that finished before the interruption.
         """
         under_way, self._numbers = list(self._numbers), {}
         for task in under_way:
@@ -64,7 +64,7 @@ def connect(address: str) -> None:
     """Join the cluster, unless this process has already joined.
 
     Raises:
-        ConnectionError, RuntimeError, ValueError: the cluster cannot be joined.
+        ConnectionError, RuntimeError, ValueError: The cluster cannot be joined.
     """
     if not ray.is_initialized():
         ray.init(address=address, logging_level="ERROR", log_to_driver=False)

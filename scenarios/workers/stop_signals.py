@@ -1,8 +1,8 @@
 """Signals that stop a command, each as Ctrl-C does: Ctrl-C itself, SIGTERM and SIGHUP.
 
-A signal raises KeyboardInterrupt where the program is; but not while something is saved, and not
-between the end of an episode and the note of its result. What is saved after a signal is not cut
-short by the next one: only SIGKILL ends a program at once.
+A signal raises KeyboardInterrupt at the program's current place. It waits while something is saved,
+and between the end of an episode and the note of its result. Saving after a signal is not cut short
+by the next signal: only SIGKILL ends a program at once.
 """
 
 import os
@@ -19,13 +19,13 @@ SHELL_BASE = 128  # a shell reports the end by a signal as this plus its number
 
 @dataclass(kw_only=True)
 class _Stop:
-    """What has come, and whether signals wait.
+    """The signals so far, and whether further ones wait.
 
     Attributes:
-        number: the first signal that came; 0 for none.
-        raised: whether it has been raised.
-        saving: whether signals wait now.
-        counting: whether they wait from the first thing saved to the end of the block.
+        number: The first signal that came; 0 for none.
+        raised: Whether it has been raised.
+        saving: Whether signals wait now.
+        counting: Whether signals wait from the first save to the end of the block.
     """
 
     number: int = 0
@@ -43,7 +43,7 @@ class _Stop:
             raise KeyboardInterrupt
 
     def release(self) -> None:
-        """Raise a signal that waited; later ones wait for good."""
+        """Raise a signal that waited; later signals wait for good."""
         if self.number and not self.raised:
             self.raised = self.saving = True
             raise KeyboardInterrupt
@@ -59,8 +59,8 @@ def stoppable(*, ends_program: bool = False) -> Iterator[None]:
     A signal that the process was started to ignore, as by `nohup`, is ignored still.
 
     Args:
-        ends_program: signals are ignored after the block: the work is done, and its exit code
-            must not be lost while Python takes its time to end.
+        ends_program: Whether signals are ignored after the block. The work is done then, and its
+            exit code must not be lost while Python takes its time to end.
     """
     if current_thread() is not main_thread():  # Python handles signals in the main thread only
         yield
@@ -96,7 +96,7 @@ def saving() -> Iterator[None]:
 
 @contextmanager
 def counting() -> Iterator[None]:
-    """Let a signal that comes once something is saved in the block wait until its end."""
+    """Let a signal after the first save in the block wait until the block's end."""
     _stop.counting = True
     try:
         yield
@@ -123,7 +123,7 @@ def stop_code() -> int:
 
 
 def _leave_terminal() -> None:
-    """Write to nowhere from now on: the terminal has hung up, and writing to it fails."""
+    """Discard output from now on: the terminal has hung up, and writing to it fails."""
     nowhere = os.open(os.devnull, os.O_RDWR)
     for stream in (1, 2):
         if os.isatty(stream):

@@ -20,7 +20,7 @@ from planner.command import COMMANDS
 from planner.instruction import CORRECTIONS, TASKS, Instruction
 from planner.policy_setup import PolicySetup
 from planner.scripted import PlannerScripted
-from scenarios.catalogue import CONTROLLERS, WITNESS
+from scenarios.catalogue import CONTROLLERS, WITNESS, PolicyEntry
 from scenarios.episode import STAYS_BACK_S, Episode
 from scenarios.loop.episode_config import EpisodeConfig
 from scenarios.recording.attempt import attempt_episode
@@ -217,7 +217,7 @@ def test_a_seed_of_numpy_is_a_seed():
 
 
 def test_an_exception_is_an_error_and_keeps_its_trace_and_record(tmp_path, monkeypatch):
-    monkeypatch.setitem(CONTROLLERS, "breaks", BREAKS)
+    monkeypatch.setitem(CONTROLLERS, "breaks", PolicyEntry(factory=BREAKS))
     result = attempt_episode(
         EpisodeConfig(planner="scripted", scenario="textbook", seed=SEED, controller="breaks"),
         tmp_path,
@@ -250,8 +250,8 @@ def test_an_exception_is_an_error_also_where_its_trace_finds_no_room(tmp_path, m
 
 RUN_WITH_A_BREAKING_CONTROLLER = f"""
 import signal, sys
-from scenarios.catalogue import CONTROLLERS
-CONTROLLERS["breaks"] = "{BREAKS}"
+from scenarios.catalogue import CONTROLLERS, PolicyEntry
+CONTROLLERS["breaks"] = PolicyEntry(factory="{BREAKS}")
 from scenarios.cli import main
 signal.signal(signal.SIGINT, signal.default_int_handler)  # a shell's background job ignores it
 sys.exit(main())

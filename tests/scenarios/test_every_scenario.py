@@ -8,7 +8,7 @@ from itertools import islice
 import numpy as np
 import pytest
 
-from scenarios.catalogue import PERCEIVING, SCENARIOS, SENSE_OF, WITNESS
+from scenarios.catalogue import SCENARIOS, SENSE_OF, SENSES, WITNESS
 from scenarios.loop.episode_config import EpisodeConfig
 from scenarios.recording.snapshot import Snapshot
 from scenarios.run_episode import anatomy_of, begin, run_episode
@@ -18,7 +18,8 @@ from tissue_sim.sensing.observation import MAX_CLIPS, VECTOR_LAYOUT, VECTOR_SIZE
 SEED, OTHER_SEED = 10_030, 10_037  # for both nobody need be called
 BEFORE, AFTER = 15, 45  # steps: the arms move; in the second part a perturbation may lead one
 IDLE_CAP_S = 20.0  # longer than any task takes the expert
-WITHOUT_PICTURES = [name for name in SCENARIOS if SENSE_OF.get(name) not in PERCEIVING]
+PICTURED = [name for name, sense in SENSES.items() if sense.renders]
+WITHOUT_PICTURES = [name for name in SCENARIOS if SENSE_OF.get(name) not in PICTURED]
 ONE_OF_A_KIND = (  # the others differ from one of these in a number, an arm or a tube
     *("nominal", "grasp-missed-above", "wrong-tube", "clip-dropped", "grasp-slip", "breathing"),
     *("camera-turn", "latency", "stiff-tissue", "dye", "artery-in-front", "two-arteries", "fat"),

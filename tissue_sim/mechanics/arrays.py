@@ -1,7 +1,7 @@
-"""The tissue's state on the device: a structure of arrays, `[environment, capacity]`.
+"""Store the tissue's state on the device as a structure of arrays, `[environment, capacity]`.
 
-Topology lives in arrays too, so a cut, a clip or a tear rewrites integers and needs no new
-compilation. SI units, world frame.
+Topology is stored in arrays too. A cut, a clip or a tear therefore rewrites integers and needs no
+new compilation. SI units, world frame.
 """
 
 from __future__ import annotations
@@ -15,9 +15,9 @@ wp.config.log_level = wp.LOG_ERROR  # no banner: results go to the same terminal
 class TissueArrays:
     """The arrays that tissue kernels read and write.
 
-    Vertices beyond `n_vertex` are spare, for cuts. The stiffness matrix is block-CSR: row i is
-    `block[row[i] : row[i + 1]]`, its diagonal first, each block stored transposed. `*_slot` hold
-    the places of an element's blocks.
+    Vertices beyond `n_vertex` are spare vertices for cuts. The stiffness matrix is block-CSR: row i
+    is `block[row[i] : row[i + 1]]`, its diagonal first, each block stored transposed. `*_slot`
+    arrays hold the places of an element's blocks.
     """
 
     # vertices
@@ -42,13 +42,13 @@ class TissueArrays:
     mu: wp.array2d(dtype=float)
     bulk: wp.array2d(dtype=float)  # lambda of the material
     fibre: wp.array2d(dtype=wp.vec3)  # direction of the collagen at rest
-    collagen: wp.array2d(dtype=float)  # its stiffness, Pa
+    collagen: wp.array2d(dtype=float)  # the fibres' stiffness, Pa
     folded: wp.array2d(dtype=int)
-    lam: wp.array2d(dtype=float)  # the part of it that acts on the element now
+    lam: wp.array2d(dtype=float)  # the lambda that acts on the element now
     tet_slot: wp.array3d(dtype=int)
     # the elements' stiffness, kept from step to step (see `assembly`)
-    elastic: wp.array2d(dtype=wp.mat33)  # blocks, as `block` has them
-    stiffness_at: wp.array2d(dtype=wp.vec3)  # position of each vertex then
+    elastic: wp.array2d(dtype=wp.mat33)  # blocks in the layout of `block`
+    stiffness_at: wp.array2d(dtype=wp.vec3)  # positions of the vertices at that time
     stiffness_holds: wp.array(dtype=int)
     # ties: a tube's vertex (corner 0, weight 1) held to a point inside a sac's tetrahedron
     tie_corner: wp.array3d(dtype=int)
@@ -80,7 +80,7 @@ class TissueArrays:
     bed_edge: wp.array(dtype=float)
     bed_force: wp.array(dtype=wp.vec3)
     # tubes: rings of outer vertices, and the rings of the side above a cut; n_ring is 0 for an
-    # absent tube. The first `n_colliding` tubes collide with each other; the others lie behind.
+    # absent tube. The first `n_colliding` tubes collide with each other; other tubes are behind.
     ring: wp.array4d(dtype=int)
     n_ring: wp.array2d(dtype=int)
     n_colliding: wp.array(dtype=int)
@@ -107,8 +107,8 @@ class TissueArrays:
     bar_middle: wp.array3d(dtype=float)  # weights
     bar_axis: wp.array3d(dtype=float)
     bar_scale: wp.array2d(dtype=float)  # one over the length of the weighted sum for the axis
-    bar_in_jaws: wp.array2d(dtype=int)  # the right jaws have closed it and not left it
-    bar_force: wp.array2d(dtype=wp.vec3)  # of instruments and other bars
+    bar_in_jaws: wp.array2d(dtype=int)  # the right jaws have closed the bar and still hold it
+    bar_force: wp.array2d(dtype=wp.vec3)  # force of instruments and other bars
     ball: wp.array3d(dtype=wp.vec3)
     ball_before: wp.array3d(dtype=wp.vec3)
     ball_shape: wp.array3d(dtype=int)

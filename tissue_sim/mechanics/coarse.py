@@ -1,6 +1,6 @@
 """Define the preconditioner's second level: parts, and the skyline of their matrix.
 
-See `coarse_motion`. Parts are numbered along the tubes, so the skyline is narrow.
+`coarse_motion` describes the method. Parts are numbered along the tubes, so the skyline is narrow.
 """
 
 from __future__ import annotations
@@ -22,8 +22,8 @@ def skyline(n_part: int, part: Indices, row: Indices, column: Indices) -> tuple[
         row, column: block-CSR pattern of A.
 
     Returns:
-        for each part, the first part it couples to, and the start of its columns in the storage:
-        its six rows hold the columns of the parts first[p] to p.
+        For each part, the first part that couples to it, and the start of its columns in the
+            storage. The six rows of part p contain the columns of the parts first[p] to p.
     """
     i = part[np.repeat(np.arange(len(row) - 1), np.diff(row))]
     j = part[column]
@@ -41,7 +41,7 @@ def skyline_capacity(n_part: int) -> int:
 
 
 def parts_of(rings: list[Indices], n_vertex: int) -> NDArray[np.int32]:
-    """Return the (n_vertex,) number of each vertex's ring, -1 if it is in none."""
+    """Return the (n_vertex,) number of each vertex's ring, -1 for a vertex in no ring."""
     part = np.full(n_vertex, -1, np.int32)
     for k, ring in enumerate(rings):
         part[ring] = k

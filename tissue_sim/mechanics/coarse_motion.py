@@ -1,14 +1,14 @@
-"""Second level of the preconditioner: each section of the tissue moves as a rigid body.
+"""Compute the preconditioner's second level: each section of the tissue moves as a rigid body.
 
-A tube is stiff across and soft along. With the diagonal blocks alone, conjugate gradients would
-carry a motion only one section further per iteration. So the mesh is divided into parts (the rings
-of the sweep), and the matrix, restricted to the rigid motions P of the parts, is factored:
+A tube is stiff across its axis and soft along it. With the diagonal blocks alone, conjugate
+gradients would propagate a motion by one section per iteration. So the mesh is divided into parts,
+the rings of the sweep. The matrix is restricted to the rigid motions P of the parts and factored:
 
     z = D^-1 r + P (P^T A P)^-1 P^T r
 
-Additive two-level Schwarz with rigid-body modes: Nicolaides, "Deflation of conjugate gradients",
-1987; Vanek, Mandel and Brezina, "Algebraic multigrid by smoothed aggregation", 1996. P^T A P has a
-narrow skyline, which its Cholesky factor shares.
+The method is additive two-level Schwarz with rigid-body modes: Nicolaides, "Deflation of conjugate
+gradients", 1987; Vanek, Mandel and Brezina, "Algebraic multigrid by smoothed aggregation", 1996.
+P^T A P has a narrow skyline, and its Cholesky factor has the same skyline.
 """
 
 from __future__ import annotations
@@ -21,8 +21,8 @@ from tissue_sim.mechanics.arrays import TissueArrays
 wp.set_module_options({"enable_backward": False})
 
 MODES = wp.constant(coarse.MODES)
-# Share of a diagonal entry that is added to it: for a piece that hangs by a strand, inertia is far
-# below stiffness, and rounding must not make it smaller still.
+# Share of a diagonal entry that is added to the entry. For a piece that hangs by a strand, inertia
+# is far below stiffness. Rounding must not make the pivot smaller still.
 DIAGONAL_SHIFT = wp.constant(1.0e-3)
 
 
@@ -86,7 +86,7 @@ def add_restricted(
     factor: wp.array(dtype=wp.spatial_vector),
     n: int,
 ):
-    """Add P^T A P to the skyline. Reads one number beyond the last block."""
+    """Add P^T A P to the skyline. One number beyond the last block is read."""
     ...
 
 
@@ -155,7 +155,7 @@ def factorise_parts(
     n: int,
     shift: float,
 ):
-    """Factor by Cholesky in place; `pivot` holds the inverse diagonal, 0 for no mode.
+    """Factor by Cholesky in place; `pivot` contains the inverse diagonal, 0 for no mode.
 
     The six rows of a part are the lanes, so their sums do not wait for each other. The values left
     on and above the diagonal are never read.

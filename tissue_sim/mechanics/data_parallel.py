@@ -1,8 +1,8 @@
 """Take the same step with one thread per element, spring and vertex, for a GPU.
 
 Forces and stiffness come from the functions that the CPU's kernels use. Conjugate gradients with
-the diagonal blocks and a fixed number of iterations solve the linear system, so a step is one graph
-of launches. Sums are atomic: on a GPU a step does not repeat to the bit.
+the diagonal blocks and a fixed number of iterations solve the linear system. A step is therefore
+one graph of launches. Sums are atomic, so on a GPU a repeated step may differ in the last bits.
 """
 
 from __future__ import annotations
@@ -247,9 +247,10 @@ def break_anchors(t: TissueArrays):
 
 
 class DataParallelTissue:
-    """A copy of a `Tissue` on a device, stepped there.
+    """A copy of a `Tissue` on a device, stepped on that device.
 
-    Events (clips, cuts) rewrite the topology on the host: `pull`, change the tissue, `push`.
+    Events (clips, cuts) rewrite the topology on the host: call `pull`, change the tissue, call
+    `push`.
     """
 
     def __init__(self, tissue: Tissue, *, device: str = "cuda:0", iterations: int = 200) -> None:

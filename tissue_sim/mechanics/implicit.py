@@ -1,7 +1,8 @@
 """Take one linearly implicit Euler step: (M / h^2 + K) dx = f + M / h^2 (x* - x).
 
-Baraff and Witkin, "Large steps in cloth simulation", 1998. Conjugate gradients with a two-level
-preconditioner (see `coarse_motion`) solve the linear system, one thread per environment.
+The method is that of Baraff and Witkin, "Large steps in cloth simulation", 1998. Conjugate
+gradients with a two-level preconditioner (see `coarse_motion`) solve the linear system, one thread
+per environment.
 """
 
 from __future__ import annotations
@@ -21,13 +22,13 @@ class StepParameters:
     """Parameters of a step.
 
     Attributes:
-        step_s: length of the step, s.
+        step_s: Length of the step, s.
         viscosity: Kelvin-Voigt time over the step's length.
-        damping_per_s: mass-proportional damping, 1/s.
-        gravity: m/s^2, world frame.
-        iterations: largest number of solver iterations.
-        tolerance: of the preconditioned residual, relative to its start.
-        settled_j: preconditioned residual, as an energy, that always ends the iteration.
+        damping_per_s: Mass-proportional damping, 1/s.
+        gravity: Gravity in m/s^2, world frame.
+        iterations: Largest number of solver iterations.
+        tolerance: Bound on the preconditioned residual, relative to its start.
+        settled_j: Preconditioned residual, as an energy, that always ends the iteration.
     """
 
     step_s: float
@@ -41,7 +42,7 @@ class StepParameters:
 
 @wp.func
 def predict(t: TissueArrays, b: int, i: int, h: float):
-    """Store the vertex's position, and move it with its inertia."""
+    """Store the vertex's position, and move the vertex by its inertia."""
     x = t.position[b, i]
     t.previous[b, i] = x
     t.force[b, i] = t.load[b, i]
@@ -72,7 +73,7 @@ def begin_step(t: TissueArrays, b: int, h: float):
 
 @wp.func
 def add_inertia(t: TissueArrays, b: int, i: int, h: float, damping: float, gravity: wp.vec3):
-    """Complete a vertex's row and right-hand side; a fixed one has zero residual and correction."""
+    """Complete a vertex's row and right-hand side; a fixed vertex has no residual or correction."""
     t.step[b, i] = wp.vec3()
     t.residual[b, i] = wp.vec3()
     t.direction[b, i] = wp.vec3()
@@ -126,7 +127,7 @@ def multiply(
     product: wp.array(dtype=wp.vec3),
     n: int,
 ) -> float:
-    """Compute product = A x; return x . A x. Reads one number beyond the last block."""
+    """Compute product = A x; return x . A x. One number beyond the last block is read."""
     ...
 
 

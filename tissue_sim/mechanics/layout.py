@@ -30,12 +30,12 @@ from tissue_sim.patient.organ import REGIONS, Organ
 from tissue_sim.patient.walls import n_patches, patch_stiffness, wall_pieces
 from tissue_sim.structures.surface import distances_to_triangles, encloses
 
-HOST = "cpu"  # the device of the arrays: numpy sees them without a copy
+HOST = "cpu"  # the device of the arrays, on which numpy shares their memory
 SPARE_PARTS = 8  # a transection adds one
-SPARE_VERTICES = 96  # for cuts: a transection uses 13
-LINK_CAPACITY = 512  # for remnants and clips: a clip uses about 12
+SPARE_VERTICES = 96  # vertices for cuts: a transection uses 13
+LINK_CAPACITY = 512  # links for remnants and clips: a clip uses about 12
 N_SHAPES = 8  # shaft, wrist and two jaws of two arms
-BLOCKS_A_ROW = 18  # of the stiffness matrix: above the average of all meshes
+BLOCKS_A_ROW = 18  # blocks of the stiffness matrix: above the average of all meshes
 
 
 def allocate(organs: Sequence[Organ]) -> tuple[TissueArrays, ToolShapes]:  # pyright: ignore[reportGeneralTypeIssues]
@@ -56,7 +56,7 @@ def allocate(organs: Sequence[Organ]) -> tuple[TissueArrays, ToolShapes]:  # pyr
 
 
 def starting_values(organ: Organ, stiffness_scale: float) -> dict[str, NDArray]:
-    """Return an organ's initial arrays, by name; the other arrays are zero or follow from these."""
+    """Return an organ's initial arrays, by name; other arrays are zero or follow from them."""
     held_by = len(organ.bed_vertices), len(organ.ligament_vertices)
     mu, lam = lame_of(organ.region, REGIONS, stiffness_scale)
     fibre, stiff = collagen(organ, stiffness_scale)
@@ -122,9 +122,10 @@ def sac_skin(organ: Organ) -> Indices:
 
 
 def _skin_values(organ: Organ) -> dict[str, NDArray]:
-    """Return the gallbladder's skin, and the rings that can touch it: those beside it at rest.
+    """Return the gallbladder's skin, and the rings that can touch it: rings beside it at rest.
 
-    A ring that overlaps it at rest is where the tube joins it; there, ties hold the tube.
+    A ring that overlaps the gallbladder at rest is part of the tube's joint; ties hold the tube
+    there.
     """
     skin, tubes = sac_skin(organ), _tube_values(organ)
     corners = organ.vertices[skin]
@@ -140,7 +141,7 @@ def _skin_values(organ: Organ) -> dict[str, NDArray]:
 def _all_rings(organ: Organ) -> list[Indices]:
     """Return the sections that the preconditioner moves as rigid bodies.
 
-    Each trunk comes before its branch, and the sac last: parts that are joined are then near.
+    Each trunk precedes its branch, and the sac is last, so the numbers of joined parts are close.
     """
     joined = [tube for pair in BRANCHES.items() for tube in pair if tube in organ.rings]
     others = [tube for tube in organ.hollow if tube not in joined]

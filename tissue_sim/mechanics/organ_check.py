@@ -1,4 +1,4 @@
-"""Check that an organ can be simulated: refuse broken elements and parts that nothing holds."""
+"""Check that an organ can be simulated: refuse broken elements and unsupported parts."""
 
 from __future__ import annotations
 
@@ -10,10 +10,10 @@ from tissue_sim.patient.organ import Organ
 
 
 def require_sound_organ(organ: Organ) -> None:
-    """Refuse an organ that has broken elements or a part that nothing holds.
+    """Refuse an organ that has broken elements or an unsupported part.
 
-    Ties and strands join parts. A single body may be free; of several parts, each must be joined to
-    the rest, or held at fixed vertices, at the liver bed or by the ligament.
+    Ties and strands join parts. A single body may be free. Of several parts, each must be joined to
+    the rest, or attached at fixed vertices, at the liver bed or by the ligament.
 
     Raises:
         ValueError: the organ is refused; the message names the element or the part.

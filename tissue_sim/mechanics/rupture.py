@@ -1,8 +1,8 @@
 """Compute the loads of the walls: the pull in each tube segment, the stretch of each patch.
 
-The pull is the force that does work on a segment's lengthening: with A the segment's direction and
-L its length at rest, a the current direction of its wall (that of sum_e V_e F A) and P the first
-Piola-Kirchhoff stress,
+The pull is the force that does work when a segment lengthens. A is the segment's direction and L
+its length at rest. The unit vector a is the current direction of the segment's wall, which is the
+direction of sum_e V_e F A. P is the first Piola-Kirchhoff stress. Then
 
     T = 1/L sum_e V_e a . P A.
 
@@ -19,7 +19,7 @@ from tissue_sim.mechanics.forces.fibres import fibre_stress
 
 wp.set_module_options({"enable_backward": False})
 
-# Assumed: below it no wall, even with a tenth of it left, is near its strength.
+# Assumed: below this stretch no wall, even with a tenth of it left, is near its strength.
 SLACK_STRETCH = wp.constant(1.1)
 # m^3, above any segment's: an inverted element's stress has no meaning, so its segment reads slack.
 TANGLED = wp.constant(1.0)
@@ -46,7 +46,8 @@ def pull_share(t: TissueArrays, b: int, e: int, F: wp.mat33, direction: wp.vec3,
 def largest_stretch(F: wp.mat33):
     """Return the largest principal stretch of F: the root of F^T F's largest eigenvalue.
 
-    The eigenvalues of a symmetric 3 x 3 matrix in closed form: Smith, Commun. ACM 4, 1961, p. 168.
+    The eigenvalues of a symmetric 3 x 3 matrix have a closed form: Smith, Commun. ACM 4, 1961, p.
+    168.
     """
     C = wp.transpose(F) * F
     mean = wp.trace(C) / 3.0

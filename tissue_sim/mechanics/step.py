@@ -1,4 +1,4 @@
-"""One step of the tissue, stage by stage, on the CPU: one thread per environment.
+"""Take one step of the tissue, stage by stage, on the CPU: one thread per environment.
 
 One launch runs all stages, so Python does not run during the step, and threads that step other
 environments overlap.

@@ -1,4 +1,4 @@
-"""The tissue of a batch of environments: allocate, step, rewire, save and restore."""
+"""Manage the tissue of a batch of environments: allocate, step, rewire, save and restore."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ from tissue_sim.patient.material import DENSITY_KG_M3, REMNANT_STIFFNESS, REMNAN
 from tissue_sim.patient.mesher import Indices, signed_volumes
 from tissue_sim.patient.organ import REGIONS, Organ
 
-# The arrays that a step or an event changes; the others follow from the organ or from these.
+# The arrays that a step or an event changes; other arrays follow from the organ or from these.
 STATE = (
     "n_vertex", "n_part", "part", "position", "rest", "rest_inverse", "volume", "velocity", "mass",
     "surface", "covered", "load", "tet", "tet_alive", "folded",
@@ -41,14 +41,14 @@ class TissueConfig:
     """Step size, damping, gravity and solver settings of the tissue.
 
     Attributes:
-        iterations: of the conjugate gradients at most, in each step; assumed.
-        tolerance: of the preconditioned residual, relative to its start; assumed.
-        settled_j: preconditioned residual, as an energy, that always ends the iteration.
+        iterations: Largest number of conjugate-gradient iterations in each step; assumed.
+        tolerance: Bound on the preconditioned residual, relative to its start; assumed.
+        settled_j: Preconditioned residual, as an energy, that always ends the iteration.
     """
 
     step_s: float = (
         1.0 / 60.0
-    )  # two steps per control step: a single one leaves tangles after a crush
+    )  # two steps per control step: a single step leaves tangles after a crush
     damping_per_s: float = 5.0  # mass-proportional, assumed
     viscosity_s: float = 1.0 / 30.0  # Kelvin-Voigt; loss tangent 0.2 at 1 Hz, assumed
     gravity_m_s2: tuple[float, float, float] = (0.0, 0.0, -9.81)
@@ -94,7 +94,7 @@ class Tissue:
         self._prepare_launches()
 
     def host(self, name: str) -> NDArray:
-        """Return an array of `arrays` as numpy; it shares its memory."""
+        """Return an array of `arrays` as a numpy array that shares its memory."""
         return self._views[name]
 
     def positions(self, b: int = 0) -> Array:
@@ -130,8 +130,8 @@ class Tissue:
         """Set the poses of the instruments' contact shapes.
 
         Args:
-            env: the environment.
-            values: arrays (8, ...) by field name of `ToolShapes`, world frame. Without
+            env: Number of the environment.
+            values: Arrays (8, ...) by field name of `ToolShapes`, world frame. Without
                 `T_world_link_before` the shapes do not move in this step and sweep over nothing.
         """
         values.setdefault("T_world_link_before", values["T_world_link"])
@@ -139,13 +139,13 @@ class Tissue:
             self._tools[name][env] = value
 
     def place_bars(self, b: int, bars: Sequence[Bar], *, reach_m: float, radius_m: float) -> None:
-        """Let tissue carry rigid bars, in place of those so far; of too many, the last ones.
+        """Let tissue carry rigid bars in place of earlier bars; of too many bars, keep the last.
 
         Args:
-            b: the environment.
-            bars: the bars.
-            reach_m: from a bar's middle to its first and last ball.
-            radius_m: of the balls.
+            b: Number of the environment.
+            bars: The bars.
+            reach_m: Distance from a bar's middle to its first and last ball.
+            radius_m: Radius of the balls.
         """
         bars = bars[-N_BARS:]
         self.host("n_bar")[b] = len(bars)
@@ -178,7 +178,7 @@ class Tissue:
         stiffness: Array | float,
         strength_n: float,
     ) -> NDArray[np.int64]:
-        """Add springs between pairs (n, 2) of vertices and return their rows; call `rewire` after.
+        """Add springs between pairs (n, 2) of vertices and return their rows; call `rewire` next.
 
         Raises:
             ValueError: no room is left.
@@ -196,7 +196,7 @@ class Tissue:
         return free
 
     def duplicate(self, b: int, parents: Sequence[int]) -> None:
-        """Append a copy of each parent vertex, with its position and velocity; call `rewire` after.
+        """Append a copy of each parent vertex, with position and velocity; call `rewire` next.
 
         Raises:
             ValueError: there are fewer spare vertices; nothing has changed.
@@ -215,7 +215,7 @@ class Tissue:
         self._new_part(b, new)
 
     def _new_part(self, b: int, vertices: slice) -> None:
-        """Make one part of these vertices in the preconditioner, or none if no part is left."""
+        """Make these vertices one part in the preconditioner, or no part if none is left."""
         n = int(self.host("n_part")[b])
         has_room = n < self.host("part_count").shape[1]
         self.host("part")[b, vertices] = n if has_room else -1
@@ -277,25 +277,25 @@ class Tissue:
         self.host("contact_shape")[b, surface == 0] = -1
 
     def _tied_vertices(self, b: int) -> Indices:
-        """Return tube vertices tied into a wall; tools touch the wall in their place."""
+        """Return tube vertices tied into a wall; tools touch the wall instead of these vertices."""
         tied = self.host("tie_stiffness")[b] > 0.0
         return self.host("tie_corner")[b][tied, 0]
 
     def _in_lumen(self, b: int) -> NDArray[np.bool_]:
         """Return (n_tet,) whether an element fills a tube.
 
-        Tools touch a tube's end by its outer vertices alone. If they touched the filling too, an
-        end could be caught with its wall on one side of a finger and its filling on the other.
+        Tools touch a tube's end by its outer vertices alone. If tools touched the filling too, a
+        finger could separate an end's wall from its filling.
         """
         region = self.organs[b].region
         return (region % 2 == 1) & (region > REGIONS.index("bile"))
 
     def remove_loose_from_parts(self, b: int) -> None:
-        """Remove pieces that nothing holds from the preconditioner's rigid parts.
+        """Remove unsupported pieces from the preconditioner's rigid parts.
 
-        A strand holds nothing: it may break at any time. The pieces' inertia is a millionth of
-        their stiffness, less than the matrix's rounding errors. In the rigid motion of such a part,
-        the solver would see only these errors.
+        A strand supports nothing, because it may break at any time. The pieces' inertia is a
+        millionth of their stiffness, less than the matrix's rounding errors. In the rigid motion of
+        such a part, the solver would compute only these errors.
         """
         n, host = self.n_vertex(b), self.host
         label = components(n, self.tets(b)[host("tet_alive")[b, : len(self.tets(b))] != 0])
@@ -308,7 +308,7 @@ class Tissue:
         host("part")[b, :n][loose] = -1
 
     def state(self) -> dict[str, NDArray]:
-        """Return a copy of everything that changes, topology included."""
+        """Return a copy of all arrays that change, including the topology."""
         return {name: part.copy() for name, part in self.parts().items()}
 
     def parts(self) -> dict[str, NDArray]:
@@ -364,7 +364,7 @@ class Tissue:
     def _fix_vertices(self, b: int) -> None:
         """Fix the vertices that the body holds, and vertices without living elements.
 
-        The latter would fall for ever; nothing stays tied or anchored to them.
+        Vertices without elements would fall for ever; nothing stays tied or anchored to them.
         """
         tets, fixed = self.tets(b), self.host("fixed")[b]
         lone = np.ones(len(fixed), bool)

@@ -25,8 +25,8 @@ def block_pattern(
         groups: one (n, k) array of vertex indices for each kind of element.
 
     Returns:
-        row pointers (n_vertex + 1,), columns (n_block,) with each row's diagonal first, and for
-        each group the slots (n, k * k) of its blocks, row-major in its corners.
+        Row pointers (n_vertex + 1,); columns (n_block,) with each row's diagonal first; and, for
+            each group, the slots (n, k * k) of its blocks. Slots are row-major in the corners.
     """
     diagonal = np.arange(n_vertex)
     first = [np.repeat(g, g.shape[1], axis=1).ravel() for g in groups]
@@ -72,17 +72,17 @@ def part_vertices(
 ) -> tuple[Indices, list[int]]:
     """Give each side of a severed surface its own vertices.
 
-    Around each of `vertices`, the incident tetrahedra that are still connected through faces that
-    are not severed keep one vertex; every further group gets a new one.
+    The tetrahedra around each of `vertices` form groups that are connected through faces that are
+    not severed. One group keeps the vertex. Every further group gets a new vertex.
 
     Args:
-        tets: (n_tet, 4).
-        severed: faces, as sorted triples of vertices, that no longer join their tetrahedra.
-        vertices: the vertices to split.
-        n_vertex: number of vertices; new ones are numbered from here.
+        tets: (n_tet, 4) corners.
+        severed: Faces, as sorted triples of vertices, that no longer join their tetrahedra.
+        vertices: The vertices to split.
+        n_vertex: Number of vertices; new vertices are numbered from here.
 
     Returns:
-        the new tets, and the original of each new vertex.
+        The new tets, and the original of each new vertex.
     """
     tets = tets.copy()
     old = tets.copy()

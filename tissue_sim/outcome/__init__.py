@@ -1,1 +1,1 @@
-"""Has a task succeeded? Read from the physical state only."""
+"""Has a task succeeded? The answer depends on the physical state only."""

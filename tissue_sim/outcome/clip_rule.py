@@ -1,15 +1,16 @@
 """How many clips must a tube have before it is cut, and how long must it be for them?
 
-One rule for the expert, which places clips by it, the planners, the safety filter, which lets
-scissors close by it, and the judge. It needs a length alone.
+The expert, the planners, the safety filter and the judge share this rule. The expert places clips
+by the rule, and the safety filter lets scissors close by it. The rule's only input is a length.
 
-Three clips are usual: two stay in the patient, one on the gallbladder's side. A tube without room
-for three gets one on either side of the cut. One clip that is square and has its cuff holds far
-beyond what a body asks of it: single clips held 300 mmHg on human cystic ducts and pigs' vessels
-(Deans et al., Arch. Surg. 130, 1995, p. 439-441), single polymer clips over 800 mmHg on arteries 5
-to 6 mm wide (J. Endourol. 18, 2004, p. 163-166); a cystic duct must hold 195 mmHg. The second one
-is a reserve; a third one gains nothing (Gustafsson et al., Scand. J. Surg. 111,
-2022, 124,818 patients).
+Three clips are usual: two stay in the patient, one is on the gallbladder's side. A tube without
+room for three clips gets one on either side of the cut.
+
+One square clip with its cuff holds far more than a body's pressure. Single clips held 300 mmHg on
+human cystic ducts and pigs' vessels (Deans et al., Arch. Surg. 130, 1995, p. 439-441). Single
+polymer clips held over 800 mmHg on arteries 5 to 6 mm wide (J. Endourol. 18, 2004, p. 163-166). A
+cystic duct must hold 195 mmHg. The second clip is a reserve; a third clip has no benefit
+(Gustafsson et al., Scand. J. Surg. 111, 2022, 124,818 patients).
 """
 
 from __future__ import annotations
@@ -21,26 +22,26 @@ import numpy as np
 from tissue_sim.thresholds import CLIP_MIN_GAP_M, CUFF_MIN_M
 from tissue_sim.tools.clip_size import CLIP_WIDTH_M
 
-USUAL_CLIPS, FEWEST_CLIPS = 3, 2  # on a tube
+USUAL_CLIPS, FEWEST_CLIPS = 3, 2  # clips on a tube
 
-# Between middles of clips. What exceeds the thresholds is assumed: how exactly clips are placed.
-SPACING_M = CLIP_WIDTH_M + CLIP_MIN_GAP_M + 0.0003  # of two that stay in the patient
-CUT_ROOM_M = CLIP_WIDTH_M + 2 * CUFF_MIN_M + 0.0008  # of the two beside the cut: cut, cuffs
-# From a tube's ends to the middle of a clip, so that the jaws catch nothing else. The low margin is
-# where the filter lets the applier's fingers pass beside the structure at risk (measured).
-LOW_MARGIN_M = {"duct": 0.0056, "artery": 0.0038}  # off the common bile duct, the hepatic artery
-HIGH_MARGIN_M = 0.0042  # off the gallbladder
+# Distances of clips' middles. The excess over the thresholds is assumed: the error of placement.
+SPACING_M = CLIP_WIDTH_M + CLIP_MIN_GAP_M + 0.0003  # between two clips that stay in the patient
+CUT_ROOM_M = CLIP_WIDTH_M + 2 * CUFF_MIN_M + 0.0008  # between the clips beside the cut: cut, cuffs
+# From a tube's ends to a clip's middle, so that the jaws catch nothing else. At the low margin
+# the filter lets the applier's fingers pass beside the structure at risk (measured).
+LOW_MARGIN_M = {"duct": 0.0056, "artery": 0.0038}  # from common bile duct, hepatic artery
+HIGH_MARGIN_M = 0.0042  # from the gallbladder
 NEARER_M = 0.0006  # on a short tube the high margin may be smaller by this
-SCARCE_M = 0.002  # a tube with less than this to spare is short; assumed
-SHARES = 0.18, 0.17, 0.20  # of the spare length: below the clips, between two, above; assumed
+SCARCE_M = 0.002  # a tube with less spare length is short; assumed
+SHARES = 0.18, 0.17, 0.20  # of the spare length: below clips, between two, above; assumed
 
 
 def needed_m(tube: str, n_clips: int = USUAL_CLIPS) -> float:
-    """Return the least length of "duct" or "artery" that takes so many clips and a cut, m.
+    """Return the least length of "duct" or "artery" that has room for the clips and a cut, m.
 
-    The thresholds alone ask for two cuffs at the ends, the clips, the gaps between those that
-    stay, and a cut with a cuff on either side: 12.1 mm for three clips, 8.4 mm for two. The rest
-    are the margins and tolerances above.
+    The thresholds alone require 12.1 mm for three clips and 8.4 mm for two. This length contains
+    two cuffs at the ends, the clips, the gaps between clips that stay, and a cut with a cuff on
+    either side. The remaining length is for the margins and tolerances above.
     """
     staying_m = (n_clips - FEWEST_CLIPS) * SPACING_M
     return LOW_MARGIN_M[tube] + staying_m + CUT_ROOM_M + HIGH_MARGIN_M - NEARER_M
@@ -57,14 +58,15 @@ def clip_stations_m(
 ) -> tuple[Any, ...]:
     """Return where the clips go, m from the fixed end: all but one low, the last one high.
 
-    The spare length is divided about equally; the cut has a part on both sides. If it is scarce,
-    the last clip goes nearer to the gallbladder. A tube of `needed_m` has just room for all.
+    The spare length is divided about equally, with a part on both sides of the cut. If spare length
+    is scarce, the last clip goes nearer to the gallbladder. A tube of `needed_m` has just room for
+    all clips.
 
     Args:
         tube: "duct" or "artery".
-        length_m: of the tube at rest: a number, or numbers in an array or a tensor.
-        n_clips: how many it gets.
-        aside: 0 to 2: how much lower than usual the last clip goes.
+        length_m: Length of the tube at rest: a number, or numbers in an array or a tensor.
+        n_clips: Number of clips on the tube.
+        aside: How much lower than usual the last clip goes, 0 to 2.
     """
     if isinstance(length_m, int | float):
         length_m = np.float64(length_m)

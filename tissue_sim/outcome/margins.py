@@ -24,7 +24,7 @@ class Margin:
     """The worst value of a measure over the clips in place, with its limit, in SI units.
 
     Attributes:
-        at_least: whether the limit is a lower one.
+        at_least: whether the limit is a lower bound.
     """
 
     measure: str
@@ -34,7 +34,7 @@ class Margin:
 
 
 def margins(field: Field) -> Iterator[Margin]:
-    """Yield the margin of each measure that some clip has; call it after the test pull."""
+    """Yield the margin of each measure that applies to some clip; call it after the test pull."""
     placed = [(tube, clip) for tube in field.organ.tubes for clip in good_clips(field, tube)]
     for measure, values, limit in (
         ("clip tilt", [c.crossings[0].tilt_rad for _, c in placed], CLIP_MAX_TILT_RAD),
@@ -63,7 +63,7 @@ def _gaps_m(field: Field, tube: str) -> list[float]:
 
 
 def _cuffs_m(field: Field, tube: str) -> list[float]:
-    """Return the tissue between the clips' edges and the tube's ends, and beside a cut."""
+    """Return the lengths of tissue between clips' edges and the tube's ends, and beside a cut."""
     clips = good_clips(field, tube)
     stations = [station_m(clip, tube) for clip in clips]
     cuffs = [edge_m(field.tubes, clip, tube) for clip in clips]

@@ -1,7 +1,7 @@
-"""The scrub nurse: exchanges and reloads the right arm's tool, as a person does in SRT-H.
+"""Act as the scrub nurse: exchange and reload the right arm's tool, as a person does in SRT-H.
 
-The arm straightens as it goes back through its port, gets what the next task needs, and waits where
-it was at the start. Policies pause meanwhile, and the time is counted separately.
+The arm straightens while it retracts through its port. It gets the tool or clip for the next task,
+and then waits at its start pose. Policies pause meanwhile, and the time is counted separately.
 """
 
 from __future__ import annotations
@@ -14,28 +14,29 @@ from tissue_sim.tools.arms import HOME_JOINTS, RIGHT_ARM, JointCommand
 from tissue_sim.world import World
 
 JAW = 6
-OUT_INSERTION_M = 0.05  # assumed: the tip is outside the field
-ROOM_M = 0.012  # assumed: less than the distance to which arms go back
-EXCHANGE_S = 0.8  # one way, assumed; a person takes longer, which is not studied here
+OUT_INSERTION_M = 0.05  # assumed: here the tip is outside the field
+ROOM_M = 0.012  # assumed: less than the distance to which arms retract
+EXCHANGE_S = 0.8  # one way, assumed; a person takes longer, which is not studied
 
 
 def is_needed(seen: Observation, tool: str, *, clip: bool) -> bool:
-    """Return whether the right arm lacks the tool, or a clip to place."""
+    """Return whether the right arm lacks the tool, or lacks a clip to place."""
     if seen.tools[RIGHT_ARM] != tool:
         return True
     return clip and not seen.clip_loaded
 
 
 def has_room(seen: Observation) -> bool:
-    """Return whether the right tip is so far from both tubes that its tool can be drawn out."""
+    """Return whether the right tip is far enough from both tubes to exchange its tool."""
     return tip_to_tubes_m(seen) >= ROOM_M
 
 
 def exchange(world: World, tool: str, joints: Array) -> Iterator[JointCommand]:
     """Yield joint targets, one for each control step, from commanded joints (2, 7) to home.
 
-    The jaws stay as they are. A bent wrist that is drawn straight out of the field, or a longer
-    tool that returns to where the other one was, could hit the other arm.
+    The jaws keep their opening. The arm straightens on the way out, because a bent wrist could hit
+    the other arm. It returns to home, because a longer tool at the earlier tool's pose could hit
+    the other arm too.
     """
     steps = round(EXCHANGE_S / world.config.control_step_s)
     home = joints.copy()

@@ -1,4 +1,4 @@
-"""What of the procedure is done? Predicates, read from the physical state only."""
+"""Which parts of the procedure are done? The predicates read the physical state only."""
 
 from __future__ import annotations
 
@@ -33,7 +33,10 @@ from tissue_sim.tools.arms import LEFT_ARM, RIGHT_ARM
 
 
 def gallbladder_grasped(field: Field) -> bool:
-    """Return whether the infundibulum is held for a second, taut, no slip, the tubes spread."""
+    """Return whether the grasp holds the infundibulum.
+
+    The grasp must last for a second without a slip, pull the tissue taut, and spread the tubes.
+    """
     grasp = field.record.grasp
     steady = field.record.time_s - grasp.since_s >= GRASP_HOLD_S
     taut = grasp.traction_n >= GRASP_MIN_TRACTION_N
@@ -57,12 +60,12 @@ def grasper_pressed_n(field: Field) -> float:
 
 
 def grasper_hooked(field: Field) -> bool:
-    """Return whether a jaw presses tissue outwards: drawn back, it would hook behind a fold."""
+    """Return whether a jaw presses tissue outwards, and would hook behind a fold when retracted."""
     return grasper_pressed_n(field) <= -HELD_PINCH_N
 
 
 def tubes_spread(tubes: Tubes) -> bool:
-    """Return whether both tubes are drawn straight, with room between their walls."""
+    """Return whether both tubes are straight, with room between their walls."""
     return bool(min(straightness(tubes, t) for t in TUBES) >= TAUT_MIN) and (
         gap_m(tubes) >= SPREAD_MIN_M
     )
@@ -82,7 +85,7 @@ def gap_m(tubes: Tubes) -> float:
 
 
 def good_clips(field: Field, tube: str) -> tuple[Clip, ...]:
-    """Return the clips on this tube alone that are whole, square, apart, and close it."""
+    """Return the clips on this tube alone that are complete, square and apart, and close it."""
     placed: list[Clip] = []
     for clip in field.record.clips:
         if _well_placed(field.tubes, clip, tube) and _apart(clip, placed, tube):
@@ -93,7 +96,7 @@ def good_clips(field: Field, tube: str) -> tuple[Clip, ...]:
 def clip_placed(field: Field, tube: str, k: int) -> bool:
     """Return whether the first k clips (1 to 3) are good, each further from the fixed end.
 
-    Where the tube needs fewer, these are enough.
+    If the tube needs fewer clips, that number is sufficient.
     """
     n = min(k, clips_needed(tube, field.tubes.length_m[tube]))
     stations = [station_m(c, tube) for c in good_clips(field, tube)][:n]
@@ -101,7 +104,7 @@ def clip_placed(field: Field, tube: str, k: int) -> bool:
 
 
 def right_arm_back(field: Field, from_m: float = RETRACTED_M) -> bool:
-    """Return whether the right tip is so far from every tube, and the arm touches no tissue."""
+    """Return whether the right tip is this far from every tube, and the arm touches no tissue."""
     tip = field.arms.T_world_tool()[RIGHT_ARM][:3, 3]
     away = [np.linalg.norm(field.tubes.centres(t) - tip, axis=1) for t in field.organ.tubes]
     distance = min(float(a.min()) for a in away)
@@ -112,8 +115,8 @@ def right_arm_back(field: Field, from_m: float = RETRACTED_M) -> bool:
 def tube_cut(field: Field, tube: str) -> bool:
     """Return whether the tube is cut once, between good clips, with a cuff on both sides.
 
-    It is in two parts, and not torn. Of the clips that the tube needs all but one, two of three as
-    a rule, must be below the cut, where they stay in the patient, and one above it.
+    The tube must be in two parts, and not torn. All clips that the tube needs but one, usually two
+    of three, must be below the cut and stay in the patient. One clip must be above the cut.
     """
     cuts = [c for c in field.record.cuts if c.tube == tube]
     torn = any(t.tube == tube for t in field.record.tears)
@@ -132,9 +135,9 @@ def tube_severed(field: Field, tube: str) -> bool:
 
 
 def stumps_hold(field: Field) -> bool:
-    """Return whether every clip put on a tube still holds where it was set, and nothing leaks.
+    """Return whether every clip put on a tube still holds at its original place, and nothing leaks.
 
-    A clip that was never on a tube, such as a dropped one, changes nothing.
+    A clip that was never on a tube, such as a dropped one, does not count.
     """
     clips = field.record.clips
     firm = not any(c.detached or c.slid_m > CLIP_MAX_SLIP_M for c in clips)
@@ -149,7 +152,7 @@ def untouched(field: Field) -> bool:
 
 
 def procedure_flags(field: Field) -> dict[str, bool]:
-    """Return what of the procedure is done now, whatever happened before."""
+    """Return which parts of the procedure are done now, regardless of the history."""
     flags = {"gallbladder grasped": gallbladder_grasped(field)}
     for side in ("left", "right"):
         tube = field.anatomy.structure(side)
@@ -199,7 +202,7 @@ def station_m(clip: Clip, tube: str) -> float:
 
 
 def cuffs_m(cut: Cut, low_m: float, high_m: float) -> float:
-    """Return the shorter stump's length beyond its clip; negative: the cut is not between them."""
+    """Return the shorter stump's length beyond its clip; negative for a cut elsewhere."""
     return min(cut.station_m - low_m, high_m - cut.station_m) - 0.5 * CLIP_WIDTH_M
 
 

@@ -1,7 +1,7 @@
-"""The test at the end: does every clip hold a pull of 1 N, along its tube and across it?
+"""Does every clip hold a pull of 1 N, along its tube and across it? The test is at the end.
 
-As in a laboratory, the vessel is clamped beside the clip, on the side away from the cut, and the
-clip is pulled towards the cut end.
+As in a laboratory, the vessel is clamped beside the clip, on the side away from the cut. The clip
+is pulled towards the cut end.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ CLAMP_RINGS = 2  # rings between clip and clamp
 
 
 def pull_all_clips(world: World) -> None:
-    """Pull each clip in turn. The world's record shows which of them slip or detach."""
+    """Pull each clip in turn. The world's record then shows which clips slip or detach."""
     for clip in world.record.clips:
         for crossing in clip.crossings:
             away = _towards_cut(world, crossing)

@@ -1,7 +1,7 @@
 """Can the procedure be done on this anatomy, or must a person be called?
 
-One rule for the scripted planner, which calls by it, and the judge, who says by it whether a call
-was right.
+The scripted planner and the judge share this rule. The planner calls a person by it, and the judge
+decides by it whether a call was right.
 """
 
 from __future__ import annotations
@@ -12,8 +12,8 @@ from tissue_sim.outcome.clip_rule import FEWEST_CLIPS, needed_m
 from tissue_sim.patient.anatomy import Anatomy
 from tissue_sim.patient.organ import TUBES
 
-# An artery that enters the gallbladder this far round has come across the duct. Of 28 tuning
-# patients with one (seeds 21 to 3282) the expert passed 21: a tube covers the place of a clip.
+# An artery that enters the gallbladder this far round has crossed the duct. Of 28 tuning
+# patients with one (seeds 21 to 3282) the expert passed 21: a tube covers a clip's place.
 CROSSING_TURN_RAD = 0.5 * np.pi
 CROSSES = "The artery crosses the duct: a person must deal with it."
 MUST_DEAL = "There is a second artery: a person must deal with it."
@@ -22,8 +22,8 @@ MUST_DEAL = "There is a second artery: a person must deal with it."
 def why_call(anatomy: Anatomy) -> str | None:
     """Return why a person must be called before anything is clipped, in a surgeon's words.
 
-    None if the procedure can be done: both tubes take at least a clip on either side of a cut,
-    they do not cross, and there is no second artery.
+    The result is None if the procedure can be done. Then both tubes have room for a clip on either
+    side of a cut. The tubes do not cross, and there is no second artery.
     """
     lengths_m = {"duct": anatomy.duct_length_m, "artery": anatomy.artery_length_m}
     reasons = [

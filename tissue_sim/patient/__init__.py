@@ -1,1 +1,1 @@
-"""Which body lies on the table? Anatomy from a seed, and the mesh and walls made from it."""
+"""Which body is on the table? The anatomy comes from a seed, mesh and walls from the anatomy."""

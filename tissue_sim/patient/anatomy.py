@@ -1,4 +1,4 @@
-"""The patient: one gallbladder, cystic duct and cystic artery, drawn from a seed."""
+"""Define the patient: one gallbladder, cystic duct and cystic artery, drawn from a seed."""
 
 from __future__ import annotations
 
@@ -70,15 +70,17 @@ class Artery:
 class Anatomy:
     """Everything that differs between two patients, as data. SI units.
 
-    The duct runs from the gallbladder's neck down to its fixed end at the common bile duct, at
-    `duct_angle_rad` from straight down in the endoscope's view. The artery starts
+    The duct runs from the gallbladder's neck down to its fixed end at the common bile duct. Its
+    angle is `duct_angle_rad` from straight down in the endoscope's view. The artery starts
     `artery_insertion_m` above the neck, on the other side, and runs to its own fixed end. `slack`
     is the relative excess of a tube's length over the straight line between its ends.
-    `artery_turn_rad` is the place around the sac where the artery enters: 0 on the artery's own
-    side, pi/2 in front, pi on the other side, -pi/2 behind. `artery_depth_m` is how far the
-    artery's fixed end lies behind that place. `remnants` and `fat_strands` count strands of
-    connective tissue that the dissection left: remnants join duct and artery near the sac, fat
-    strands join duct, artery and sac over the tubes' whole length.
+    `artery_turn_rad` is the place around the sac where the artery enters. Its values are 0 on the
+    artery's own side, pi/2 in front, pi on the other side and -pi/2 behind. `artery_depth_m` is how
+    far the artery's fixed end lies behind that place.
+
+    `remnants` and `fat_strands` count strands of connective tissue that the dissection left.
+    Remnants join duct and artery near the sac. Fat strands join duct, artery and sac over the
+    tubes' whole length.
     """
 
     seed: int
@@ -131,7 +133,7 @@ class Anatomy:
 
     @property
     def variant(self) -> str:
-        """Return the name of its uncommon course, the more important one of two; or "usual"."""
+        """Return the name of the uncommon course, the more important one of two, or "usual"."""
         if self.second_artery:
             return "two-arteries"
         if abs(self.artery_turn_rad) > math.pi / 2:
@@ -151,7 +153,7 @@ class Anatomy:
         return "artery" if (tube == "left") == self.artery_on_left else "duct"
 
     def _check_widths(self) -> None:
-        """Refuse a tube that is wider than the infundibulum it enters."""
+        """Refuse a tube that is wider than its infundibulum."""
         most = WIDEST_TUBE * self.gallbladder_width_m
         widths = {"duct_diameter_m": self.duct_diameter_m}
         for tube, artery in self.arteries.items():
@@ -165,9 +167,9 @@ class Anatomy:
 
 
 def anatomy_from_seed(seed: int) -> Anatomy:
-    """Return the patient of a seed, of the published population (`tissue_sim.patient.population`).
+    """Return a seed's patient, of the published population (`tissue_sim.patient.population`).
 
-    Seeds 0-9,999 train, 10,000-19,999 tune, 20,000 up test.
+    Seeds 0-9,999 are for training, 10,000-19,999 for tuning, and 20,000 upwards for testing.
 
     Raises:
         ValueError: the seed is not a non-negative integer.
@@ -181,7 +183,7 @@ def require_seed(seed: object) -> int:
     """Return the seed of a patient.
 
     Raises:
-        ValueError: it is not a non-negative integer.
+        ValueError: the seed is not a non-negative integer.
     """
     if isinstance(seed, bool) or not isinstance(seed, int | np.integer) or seed < 0:
         raise ValueError(f"seed = {seed!r} must be an integer of 0 or more")
@@ -189,7 +191,7 @@ def require_seed(seed: object) -> int:
 
 
 def _make_plain(made: Anatomy | Artery) -> None:
-    """Replace NumPy's numbers by Python's, of which `Anatomy.hash` can make text."""
+    """Replace NumPy's numbers by Python's, which `Anatomy.hash` can write as text."""
     for f in fields(made):
         value = getattr(made, f.name)
         plain = tuple(map(_plain, value)) if isinstance(value, tuple) else _plain(value)

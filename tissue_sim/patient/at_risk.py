@@ -1,8 +1,8 @@
 """Place the structures at risk: the common bile duct, and the right hepatic artery.
 
-The cystic duct branches off the one and the cystic artery off the other. Traction on the
-gallbladder draws a branch out of its trunk's line ("tenting"), and what looks like the branch is
-then the trunk: the classic injury (Strasberg et al., J. Am. Coll. Surg. 180, 1995).
+The cystic duct branches off the common bile duct, and the cystic artery off the hepatic artery.
+Traction on the gallbladder draws a branch out of its trunk's line ("tenting"). The apparent branch
+is then the trunk: the classic injury (Strasberg et al., J. Am. Coll. Surg. 180, 1995).
 """
 
 from __future__ import annotations
@@ -14,12 +14,12 @@ from tissue_sim.patient.axes import AWAY, field_point
 
 COMMON_DUCT = "common bile duct"
 HEPATIC_ARTERY = "hepatic artery"
-BRANCHES = {COMMON_DUCT: "duct", HEPATIC_ARTERY: "artery"}  # trunk -> the tube that leaves it
+BRANCHES = {COMMON_DUCT: "duct", HEPATIC_ARTERY: "artery"}  # trunk -> the tube that branches off
 AT_RISK = tuple(BRANCHES)
 
 # assumed: outer radii of a common bile duct and a right hepatic artery
 RADIUS_M = {COMMON_DUCT: 0.0030, HEPATIC_ARTERY: 0.0016}
-SPACING_M = 0.005  # of a trunk's rings at most: a grasper's jaws, as wide as this, touch one
+SPACING_M = 0.005  # of a trunk's rings at most: jaws of a grasper have this width, and touch one
 DIVE_M = 0.005  # assumed: depth below the branch at which the ends of a trunk leave the field
 # assumed: both ends of a trunk from its branch, (towards the artery's side, up), m. The hepatic
 # artery runs across its branch, so that no trunk passes between the jaws that clip the branch.
@@ -27,18 +27,18 @@ ENDS_M = {
     COMMON_DUCT: ((-0.021, 0.006), (0.006, -0.022)),
     HEPATIC_ARTERY: ((0.021, 0.006), (-0.006, -0.012)),
 }
-SAMPLES = 201  # points from which the rings are chosen; the middle one is at the branch
+SAMPLES = 201  # points from which the rings are chosen; the middle point is at the branch
 
 
 def course(trunk: str, branch: Array, side: float) -> Array:
     """Return the centreline of a trunk (n, 3), m, world frame.
 
-    It is a parabola through both ends whose wall touches the branch's first ring.
+    The centreline is a parabola through both ends whose wall touches the branch's first ring.
 
     Args:
         trunk: one of `AT_RISK`.
         branch: (m, 3), the branch's centreline from its trunk.
-        side: 1 if the artery lies right of the duct, else -1.
+        side: 1 if the artery is on the right of the duct, else -1.
     """
     end = branch[0]
     first, last = (end + field_point(side * x, up, 0.0) + DIVE_M * AWAY for x, up in ENDS_M[trunk])

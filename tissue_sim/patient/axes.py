@@ -1,7 +1,7 @@
-"""The operating field's axes, as the endoscope sees them, in the world frame.
+"""Define the operating field's axes in the endoscope's view, in the world frame.
 
-The world's origin is the centre of the field, +x the surgeon's right, +y away from the
-surgeon, +z up. The nominal endoscope looks down at the field by `NOMINAL_PITCH_RAD`.
+The world's origin is the centre of the field, +x is the surgeon's right, +y away from the surgeon,
++z up. The nominal endoscope looks down at the field by `NOMINAL_PITCH_RAD`.
 """
 
 from __future__ import annotations

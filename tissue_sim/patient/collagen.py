@@ -1,8 +1,8 @@
-"""The collagen of the tubes' walls: how much there is, so that a tube tears at a real stretch.
+"""Compute the collagen of the tubes' walls, so that a tube tears at a realistic stretch.
 
-Without it a wall with the modulus of small stretches would reach its strength at three times its
-length. Its fibres run along the tube (`mechanics/forces/fibres.py` has their law), and carry at the
-stretch of failure what the soft wall does not.
+Without collagen, a wall with the modulus of small stretches would reach its strength at three times
+its length. The fibres run along the tube (`mechanics/forces/fibres.py` has their law). At the
+stretch of failure, the fibres carry the load that the soft wall does not.
 """
 
 from __future__ import annotations
@@ -15,7 +15,7 @@ from tissue_sim.patient.organ import TUBE_LUMEN, Organ
 from tissue_sim.patient.walls import wall_pieces
 from tissue_sim.thresholds import STRENGTH_PA
 
-# of human carotid arteries, along them (Teng et al., J. Biomech. 42, 2009); bile ducts: assumed
+# of human carotid arteries, axially (Teng et al., J. Biomech. 42, 2009); bile ducts: assumed
 FAILURE_STRETCH = 1.5
 
 
@@ -31,12 +31,12 @@ def meshed_section_m2(radius_m: float, sectors: int) -> float:
 
 
 def strength_n(tube: str, radius_m: float) -> float:
-    """Return the pull at which a whole tube tears."""
+    """Return the pull at which an intact tube tears."""
     return STRENGTH_PA[tube] * real_section_m2(tube, radius_m)
 
 
 def stiffness_pa(tube: str, radius_m: float, sectors: int, scale: float) -> float:
-    """Return the fibres' c, such that the wall carries its strength at the stretch of failure."""
+    """Return the fibres' c that makes the wall carry its strength at the stretch of failure."""
     over = FAILURE_STRETCH - 1.0
     soft_pa = scale * MATERIALS[f"{tube} wall"].young_pa * over
     whole_pa = strength_n(tube, radius_m) / meshed_section_m2(radius_m, sectors)
@@ -48,7 +48,7 @@ def collagen(organ: Organ, scale: float) -> tuple[Array, Array]:
 
     Args:
         organ: the mesh.
-        scale: of the patient's moduli.
+        scale: factor on the patient's moduli.
     """
     along, c = np.zeros((len(organ.tets), 3)), np.zeros(len(organ.tets))
     row, segment = wall_pieces(organ).T

@@ -1,7 +1,7 @@
 """State the geometry of uncommon courses of duct and artery, as ranges of their parameters.
 
-Shapes follow the usual descriptions of surgical anatomy; the numbers are assumed. Seeds draw them
-at published shares, and scenarios ask for them by name.
+Shapes follow the usual descriptions of surgical anatomy; the numbers are assumed. Seeds draw these
+courses at published shares, and scenarios select them by name.
 """
 
 from __future__ import annotations

@@ -1,7 +1,7 @@
 """Define laws of a parameter: uniform, or normal or log-normal and cut at both ends.
 
-A law turns a share of the population, 0 to 1, into the value that this share does not exceed, so a
-uniform random number becomes a draw.
+A law maps a share of the population, 0 to 1, to a value. The share of the population with at most
+this value is the law's input. A uniform random number therefore becomes a draw.
 """
 
 from __future__ import annotations
@@ -32,7 +32,7 @@ class Law(Protocol):
 
 @dataclass(frozen=True, kw_only=True)
 class Uniform:
-    """Every value between the ends is as likely as any other."""
+    """A law in which all values between the ends are equally likely."""
 
     low: float
     high: float
@@ -65,7 +65,8 @@ class Normal:
 class LogNormal:
     """A log-normal law without its values outside the ends.
 
-    `centre` is the median before the cut, `spread` the standard deviation of the natural logarithm.
+    `centre` is the median before the cut. `spread` is the standard deviation of the natural
+    logarithm.
     """
 
     centre: float

@@ -1,20 +1,24 @@
-"""What the tissue is made of: moduli by region.
+"""Which material is the tissue made of? This file defines moduli by region.
 
 Young's moduli are effective ones, for a mesh whose walls are thicker than the real ones. Shear
-moduli of the walls (gallbladder 85 +- 8 kPa, bile duct 166 +- 67 kPa, hepatic artery 210 +- 47 kPa,
-E about 3 G: Phys. Med. Biol. 64, 2019, 225001, table 1, a collection of published values) are
-scaled by real over meshed wall thickness (real ones in `WALL_THICKNESS_M`; meshed 3.75 mm for the
-sac's body, 0.7 for the duct, 0.5 for the artery, 1.5 for the common bile duct and 0.8 for the
-hepatic artery). Bile and lumen are a soft fill: they carry the volume of the contents and keep
-opposite walls from passing through each other.
+moduli of the walls are 85 +- 8 kPa (gallbladder), 166 +- 67 kPa (bile duct) and 210 +- 47 kPa
+(hepatic artery). E is about 3 G. The source is Phys. Med. Biol. 64, 2019, 225001, table 1, a
+collection of published values.
 
-A solid gallbladder does not show what a hollow wall under bile pressure would show. The wall is not
-under tension at rest, so an opening does not gape, and the sac does not become slack as it empties
-(only the leak ends). The bile does not flow away from the jaws, so a pinch feels the filling
-instead of two walls in contact. A fold of wall cannot be lifted alone. The gallbladder's wall is
-linear, while a real one stiffens: the real stress at a given stretch is not known, so it tears at a
-stretch, and not at its strength (2.5 MPa, in the same table), which this material would reach at a
-stretch of ten.
+The moduli are scaled by real over meshed wall thickness. `WALL_THICKNESS_M` has the real
+thicknesses. Meshed walls are 3.75 mm thick for the sac's body. Duct and artery walls are 0.7 and
+0.5 mm thick. The common bile duct's wall is 1.5 mm thick, and the hepatic artery's 0.8 mm. Bile and
+lumen are a soft fill: they carry the volume of the contents and keep opposite walls from passing
+through each other.
+
+A solid gallbladder differs from a hollow wall under bile pressure. The wall is not under tension at
+rest. An opening therefore does not gape, and the sac does not become slack as it empties; only the
+leak ends. The bile does not flow away from the jaws, so a pinch acts on the filling instead of two
+walls in contact. A fold of wall cannot be lifted alone.
+
+The gallbladder's wall is linear, while a real wall stiffens, and its stress at a given stretch is
+not known. The wall therefore tears at a stretch and not at its strength (2.5 MPa, in the same
+table). This material would reach that strength at a stretch of ten.
 """
 
 from __future__ import annotations
@@ -67,12 +71,12 @@ WALL_THICKNESS_M = {  # real, assumed
     "common bile duct": 1.0e-3,
     "hepatic artery": 0.6e-3,
 }
-SAC_MESH_WALL_M = 3.75e-3  # the thickness that the gallbladder wall's modulus is scaled for
+SAC_MESH_WALL_M = 3.75e-3  # thickness for which the gallbladder wall's modulus is scaled
 
-TIE_STIFFNESS = 400.0  # N/m per vertex, assumed: as stiff as the walls it joins
+TIE_STIFFNESS = 400.0  # N/m per vertex, assumed: as stiff as the joined walls
 TIE_STRENGTH = 1.5  # N per vertex, assumed
-# The same per tied vertex of the ring at which a branch leaves its trunk: the three of them are as
-# stiff and as strong together as the thirteen vertices of a ring within the sac.
+# The same per tied vertex of the ring at which a branch leaves its trunk. Three such vertices have
+# the stiffness and strength of the thirteen vertices of a ring within the sac.
 ROOT_STIFFNESS = 1740.0  # N/m, assumed
 ROOT_STRENGTH = 6.5  # N, assumed
 ANCHOR_STIFFNESS = 60.0  # N/m per vertex, assumed: loose connective tissue

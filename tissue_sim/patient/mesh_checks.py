@@ -19,8 +19,8 @@ def require_sound_elements(vertices: Array, tets: Indices, part: str = "tissue")
         part: name of the mesh in the message.
 
     Raises:
-        ValueError: a vertex is not finite or belongs to no element, an index is out of range, or
-            an element is inverted or flat; the message names the first of them.
+        ValueError: a vertex is not finite or belongs to no element, an index is out of range, or an
+            element is inverted or flat. The message names the first such error.
     """
     n = len(vertices)
     finite = np.isfinite(vertices).all(axis=1)
@@ -44,7 +44,7 @@ def require_sound_elements(vertices: Array, tets: Indices, part: str = "tissue")
 
 
 def require_indices(name: str, indices: Indices, n: int, part: str) -> None:
-    """Raise a ValueError if a vertex index is outside 0 to n - 1; it names the first one."""
+    """Raise a ValueError that names the first vertex index outside 0 to n - 1, if there is one."""
     wrong = (indices < 0) | (indices >= n)
     if wrong.any():
         row = int(np.argwhere(wrong)[0][0])

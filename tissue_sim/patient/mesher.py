@@ -23,7 +23,7 @@ class Sweep:
     Attributes:
         vertices: (n_ring * n_section_vertices, 3), m; ring after ring.
         tets: (n_tet, 4), positively oriented.
-        in_lumen: (n_tet,), whether it lies inside the inner ring.
+        in_lumen: (n_tet,), whether an element lies inside the inner ring.
         station: (n_tet,), the segment k (between rings k and k + 1) of a tetrahedron.
         rings: (n_ring, 1 + 2 n_sector): centre, inner ring, outer ring.
     """
@@ -98,7 +98,7 @@ def oriented(vertices: Array, tets: Indices) -> Indices:
 
 
 def _disc(sectors: int, lumen: float) -> tuple[Array, Indices, NDArray[np.bool_]]:
-    """Return a unit disc: points (1 + 2 sectors, 2), triangles, and which lie in the lumen."""
+    """Return a unit disc: points (1 + 2 sectors, 2), triangles, and which triangles are lumen."""
     angle = 2 * np.pi * np.arange(sectors) / sectors
     circle = np.stack([np.cos(angle), np.sin(angle)], axis=1)
     points = np.concatenate([[[0.0, 0.0]], lumen * circle, circle])
@@ -108,7 +108,7 @@ def _disc(sectors: int, lumen: float) -> tuple[Array, Indices, NDArray[np.bool_]
 def section_triangles(sectors: int) -> Indices:
     """Return a section's triangles (3 sectors, 3): the lumen's, then the wall's.
 
-    Their corners are places in a ring: centre, inner, outer.
+    Their corners are places in a ring, ordered as centre, inner, outer.
     """
     k = np.arange(sectors)
     inner, inner_next = 1 + k, 1 + (k + 1) % sectors
@@ -124,8 +124,8 @@ def section_triangles(sectors: int) -> Indices:
 def _prism_tets(triangles: Indices, n_disc: int) -> Indices:
     """Divide the prism over each triangle into three tetrahedra, (3 n_triangle, 4).
 
-    The diagonal of each quadrilateral starts at its smaller index, so neighbours agree (Dompierre
-    et al., "How to subdivide pyramids, prisms and hexahedra into tetrahedra", 1999).
+    The diagonal of each quadrilateral starts at its smaller index, so neighbours agree. Source:
+    Dompierre et al., "How to subdivide pyramids, prisms and hexahedra into tetrahedra", 1999.
     """
     out = []
     for triangle in triangles:

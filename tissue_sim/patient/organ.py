@@ -16,7 +16,7 @@ from tissue_sim.patient.mesh_checks import require_sound_elements
 from tissue_sim.patient.mesher import Indices, Sweep, subdivide, sweep
 
 PARTS = ("gallbladder", "duct", "artery", "second artery", *AT_RISK)
-# the wall and the inside of each part; of part k they are 2 k and 2 k + 1
+# the wall and the inside of each part; the regions of part k are 2 k and 2 k + 1
 REGIONS = tuple(
     name
     for part in PARTS
@@ -26,7 +26,7 @@ TUBES = ("duct", "artery")  # the procedure's tubes, in every organ; `Organ.holl
 
 # Assumed: the sizes of the mesh, and where in the body the gallbladder lies and what holds it.
 NECK_UP_M = 0.008  # height of the neck in the field
-RING_SPACING_M = 0.00175  # rings of a tube: a clip 2 mm wide always holds one
+RING_SPACING_M = 0.00175  # between a tube's rings: a clip 2 mm wide always holds one
 INFUNDIBULUM_M = 0.015  # length of the sac, from the neck, that is free of the liver
 FUNDUS_SPACING_M = 0.010
 INFUNDIBULUM_SEGMENTS = 6
@@ -45,7 +45,7 @@ BED_REACH_M = 0.006  # connective tissue holds outer vertices nearer to the bed'
 
 @dataclass(frozen=True, kw_only=True)
 class LiverBed:
-    """The plane the gallbladder lies on, from `edge_m` upward; its +normal side is tissue."""
+    """The plane on which the gallbladder lies, from `edge_m` upward; its +normal side is tissue."""
 
     point_m: Array
     normal: Array
@@ -55,26 +55,26 @@ class LiverBed:
 
 @dataclass(frozen=True, kw_only=True)
 class Organ:
-    """The rest mesh and the parts that hold it.
+    """The rest mesh and its supports.
 
     Attributes:
         vertices: (n_vertex, 3), world frame, m.
-        tets: (n_tet, 4).
+        tets: (n_tet, 4) corners of the elements.
         region: (n_tet,), index into `REGIONS`.
-        fixed: (n_vertex,), whether the body holds a vertex: the ends of the structures at risk,
-            and of tubes that branch off none.
-        rings: tube name -> (n_ring, 1 + 2 sectors): centre, inner, outer; a cystic tube's from its
-            far end up to the sac.
-        neck_ring: tube name -> index of the ring at the sac's wall, or of a trunk's last ring.
+        fixed: (n_vertex,), whether the body holds a vertex. The body holds the ends of the
+            structures at risk, and of tubes that branch off none.
+        rings: Tube name -> (n_ring, 1 + 2 sectors): centre, inner, outer. The rings of a cystic
+            tube run from its far end up to the sac.
+        neck_ring: Tube name -> index of the ring at the sac's wall, or of a trunk's last ring.
         sac_rings: (n_ring, 1 + 2 sectors), from the neck to the fundus.
-        tie_vertex: (n_tie,), tube vertices tied into the sac, or into the wall of the trunk they
-            branch off.
-        tie_corners: (n_tie, 4), corners of the tetrahedron there; tie_weights: their weights.
+        tie_vertex: (n_tie,), tube vertices tied into the sac, or into the wall of the tube's trunk.
+        tie_corners: (n_tie, 4), corners of the tetrahedron at the tie.
+        tie_weights: (n_tie, 4), weights of these corners.
         bed_vertices: (n_bed,), sac vertices that connective tissue holds to the liver.
         ligament_vertices: (n_ligament,), vertices at the back of the structures at risk, which the
             hepatoduodenal ligament holds.
         remnants: (n_remnant, 2), pairs of vertices that strands join; fat strands come last.
-        bed: the liver bed.
+        bed: The liver bed.
     """
 
     vertices: Array
@@ -118,9 +118,9 @@ def build_organ(anatomy: Anatomy, *, refinement: int = 1) -> Organ:
     """Mesh the anatomy. This is a pure function: the same anatomy gives the same mesh.
 
     Args:
-        anatomy: the patient.
-        refinement: number of parts into which each edge along and around the world's mesh is
-            divided, for convergence studies; ties and anchors then hold more vertices.
+        anatomy: The patient.
+        refinement: Number of parts into which each edge along and around the world's mesh is
+            divided, for convergence studies. Ties and anchors then hold more vertices.
 
     Raises:
         ValueError: a part bends so sharply that an element is inverted or flat.
@@ -158,8 +158,9 @@ def build_organ(anatomy: Anatomy, *, refinement: int = 1) -> Organ:
 def _sac_profile(anatomy: Anatomy) -> tuple[Array, Array]:
     """Return the sac's axis (n, 3) from neck to fundus, and its radius (n,).
 
-    Assumed: the neck is 30 % wider than the duct, at least 2.4 mm in radius; the body is widest at
-    0.65 of the length; the axis turns into the bed's direction from 6 to 31 mm above the neck.
+    The shape is assumed. The neck is 30 % wider than the duct, at least 2.4 mm in radius. The body
+    is widest at 0.65 of the length. The axis turns into the bed's direction from 6 to 31 mm above
+    the neck.
     """
     length, width = anatomy.gallbladder_length_m, anatomy.gallbladder_width_m
     n_body = int(np.ceil((length - INFUNDIBULUM_M) / FUNDUS_SPACING_M))
@@ -216,8 +217,8 @@ def _tube_centreline(
 ) -> tuple[Array, int]:
     """Return a slightly bowed line below the joint, about as long as given, and a stub in the sac.
 
-    It is 0.04 to 0.78 % shorter (median 0.23 %, both tubes of 1,500 patients): its rings lie on a
-    bow that has the length only up to the second term of its series.
+    The line is 0.04 to 0.78 % shorter (median 0.23 %, both tubes of 1,500 patients). Its rings lie
+    on a bow whose length is correct only up to the second term of its series.
     """
     chord = length * (1.0 - slack)
     sagitta = np.sqrt(0.375 * chord * (length - chord))  # arc = chord + 8 sagitta^2 / (3 chord)
@@ -292,15 +293,15 @@ def _ties(
 ) -> tuple[Indices, Indices, Array]:
     """Tie the tubes' upper ends into the sac, and the wall of a branch to that of its trunk.
 
-    The trunk holds every second outer vertex of the branch's first ring. Three points give the ring
-    its place and its direction, and leave its shape to the branch. If the trunk held them all, a
-    clip that crushes it would fold the ring.
+    The trunk holds every second outer vertex of the branch's first ring. Three points fix the
+    ring's place and direction, and leave its shape to the branch. If the trunk held all vertices, a
+    clip that crushes the ring would fold it.
 
     Args:
         vertices: (n_vertex, 3), m.
-        tets: the elements of the sac, and those of each trunk's wall.
-        rings: of the tubes.
-        neck_ring: see `Organ`.
+        tets: Elements of the sac, and elements of each trunk's wall.
+        rings: Rings of the tubes.
+        neck_ring: See `Organ`.
 
     Returns:
         `Organ.tie_vertex`, `Organ.tie_corners` and `Organ.tie_weights`.
@@ -330,7 +331,7 @@ def _embed(points: Array, vertices: Array, tets: Indices) -> tuple[Indices, Arra
     edges = np.linalg.inv((corners[:, 1:] - corners[:, :1]).transpose(0, 2, 1))
     local = np.einsum("tij,ptj->pti", edges, points[:, None] - corners[None, :, 0])
     weights = np.concatenate([1 - local.sum(-1, keepdims=True), local], axis=-1)
-    best = np.argmax(weights.min(-1), axis=1)  # the point is inside, or outside by the least
+    best = np.argmax(weights.min(-1), axis=1)  # the point is inside this element, or nearest to it
     return tets[best], weights[np.arange(len(points)), best]
 
 
@@ -381,7 +382,7 @@ def _fat_strands(
 ) -> Indices:
     """Return strands across Calot's triangle.
 
-    Two of three join duct and artery; the third joins one of them to the sac.
+    Two of three strands join duct and artery; the third joins one of these tubes to the sac.
     """
     outer = {tube: _outer(rings[tube], TUBE_SECTORS, refinement) for tube in TUBES}
     necks = {tube: neck_ring[tube] // refinement for tube in TUBES}
@@ -393,7 +394,7 @@ def _fat_strands(
         walls = {tube: outer[tube][round(share * necks[tube])] for tube in TUBES}
         if k % 3 == 2:
             tube = TUBES[k // 3 % 2]
-            below = max(necks[tube] - int(rng.integers(2, 6)), 1)  # the shortest have 4 segments
+            below = max(necks[tube] - int(rng.integers(2, 6)), 1)  # short tubes have 4 segments
             pairs.append(_facing(vertices, outer[tube][below], sac, rng))
         else:
             pairs.append(_facing(vertices, walls["duct"], walls["artery"], rng))

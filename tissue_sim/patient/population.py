@@ -1,12 +1,16 @@
 """Draw patients from the published population: lengths, widths, courses, shares of variants.
 
-Each parameter has a random stream of its own, made from the seed and the parameter's name, so a
-new parameter or a repeated draw leaves all others as they were.
+Each parameter has its own random stream, made from the seed and the parameter's name. A new
+parameter or a repeated draw therefore leaves all other parameters unchanged.
 
-No source found states a correlation of lengths and widths. They are independent (assumed), but for
-five rules: a gallbladder is at most three quarters as wide as long; a tube is not wider than the
-infundibulum that it enters; an artery that crosses the duct is long; the longest ducts are those
-that join low; an artery that crosses behind the duct is the only one.
+No source found states a correlation of lengths and widths. They are independent (assumed), except
+for five rules:
+
+- A gallbladder is at most three quarters as wide as long.
+- A tube is not wider than its infundibulum.
+- An artery that crosses the duct is long.
+- The longest ducts are those that join low.
+- An artery that crosses behind the duct is the only artery.
 """
 
 from __future__ import annotations
@@ -35,11 +39,12 @@ Colour = tuple[float, float, float]
 
 @dataclass(frozen=True, kw_only=True)
 class Published:
-    """What a source reports of a parameter, in SI units; None where it does not.
+    """The values of a parameter that a source reports, in SI units; None for missing values.
 
     Attributes:
-        short: (length, share): the share of tubes shorter than the length.
-        low: smallest value seen; high: largest.
+        short: (length, share), where share is the share of tubes shorter than the length.
+        low: smallest observed value.
+        high: largest observed value.
     """
 
     mean: float
@@ -80,14 +85,15 @@ PUBLISHED: dict[str, Published] = {
         " (82 cadavers)",
     ),
 }  # fmt: skip
-"""What the laws below are fitted to. The length below which Clin Ter 2024 calls an artery short is
-not in its abstract: 10 mm is assumed."""
+"""Values to which the laws below are fitted. Clin Ter 2024 calls an artery short below a length
+that is not in its abstract; 10 mm is assumed."""
 
-# Fitted so that mean and standard deviation after the cut are the published ones, or mean and share
-# of short tubes where no deviation is published. A tube of less than 6 mm cannot be meshed, nor can
-# a sac below 45 mm by 18 mm. Standard deviations of the diameters are assumed: 0.85 mm is the range
-# of the 63 ducts of Sherifi et al. over 4.7, the expected range of 63 normal draws, and 0.42 mm
-# likewise from the 100 arteries of Tejaswi et al. 2013 (1.1 to 3.2 mm). Uniform laws are assumed.
+# The laws are fitted so that mean and standard deviation after the cut are as published. Where no
+# deviation is published, mean and share of short tubes are fitted. A tube of less than 6 mm cannot
+# be meshed, nor can a sac below 45 mm by 18 mm. Standard deviations of the diameters are assumed.
+# The ducts' 0.85 mm is the range of the 63 ducts of Sherifi et al. over 4.7, the expected range of
+# 63 normal draws. The arteries' 0.42 mm follows likewise from the 100 arteries of Tejaswi et al.
+# 2013 (1.1 to 3.2 mm). Uniform laws are assumed.
 LAWS: dict[str, Law] = {
     "gallbladder_length_m": Normal(centre=0.07473, spread=0.01235, low=0.045, high=0.120),
     "gallbladder_width_m": Normal(centre=0.02987, spread=0.01161, low=0.018, high=0.050),
@@ -109,16 +115,16 @@ LAWS: dict[str, Law] = {
     "endoscope_distance_m": Uniform(low=0.080, high=0.095),
 }
 
-# Two or more arteries: 13 % of 10,071 people in 29 studies (Clin Ter 2024), the largest sample;
-# single studies have 3 % (Akay & Leblebici 2020) to 28 % (Dandekar & Dandekar 2016).
+# Two or more arteries: 13 % of 10,071 people in 29 studies (Clin Ter 2024), the largest sample.
+# Single studies have 3 % (Akay & Leblebici 2020) to 28 % (Dandekar & Dandekar 2016).
 SECOND_ARTERY_SHARE = 0.13
 # In front of the duct: 2.6 %, and above it on the far side: 5.2 % of 1,850 laparoscopies (Fateh et
-# al., BMC Surgery 2021). Below the duct: 4.9 % of 770 (Andall et al. 2016); those of them that are
-# not in front are taken to be behind (assumed).
+# al., BMC Surgery 2021). Below the duct: 4.9 % of 770 (Andall et al. 2016); arteries of these
+# that are not in front are counted as behind (assumed).
 IN_FRONT_SHARE = 0.026
 BEHIND_SHARE = 0.023
 SWAPPED_SHARE = 0.052
-LONG_ENOUGH_SHARE = 0.0670  # of arteries have CROSSING_LENGTH_M, by the law above
+LONG_ENOUGH_SHARE = 0.0670  # share of arteries with CROSSING_LENGTH_M, by the law above
 WIDEST_SAC = 0.75  # largest width of a gallbladder over its length, assumed: it is pear-shaped
 MOST_REMNANTS = 6  # assumed
 TINTS: dict[str, Colour] = {  # linear RGB, assumed
@@ -133,7 +139,7 @@ def draw(seed: int, widest_tube: float) -> dict[str, Any]:
     """Return the parameters of a seed's patient, by the names of the fields of `Anatomy`.
 
     Args:
-        seed: of the patient.
+        seed: seed of the patient.
         widest_tube: largest diameter of a tube over the gallbladder's width; a wider tube is drawn
             again.
     """
@@ -155,12 +161,12 @@ def draw(seed: int, widest_tube: float) -> dict[str, Any]:
 
 
 def _stream(seed: int, name: str) -> np.random.Generator:
-    """Return the parameter's own random numbers."""
+    """Return the random generator of a parameter."""
     return np.random.default_rng([0xCA107, seed, crc32(name.encode())])
 
 
 def _value(seed: int, name: str, most: float = math.inf) -> float:
-    """Draw a parameter from its law, again and again until it is at most `most`."""
+    """Draw a parameter from its law, repeatedly until it is at most `most`."""
     rng = _stream(seed, name)
     while (value := LAWS[name].value(rng.random())) > most:
         pass
@@ -176,11 +182,11 @@ def _within(seed: int, ranges: Mapping[str, Bounds], prefix: str = "") -> dict[s
 
 
 def _course(seed: int, drawn: Mapping[str, Any]) -> Mapping[str, Bounds]:
-    """Return the ranges of an uncommon course, which the tubes' lengths allow; {} if usual.
+    """Return the ranges of an uncommon course that the tubes' lengths allow; {} if usual.
 
-    The artery crosses the duct in a part of the patients whose artery has the length for it; the
-    part is such that all crossings have their published share. A duct that is long enough joins
-    low: 6.7 % do, between 3.1 % (Shanmugam et al. 2021) and 9 % (Sarawagi et al. 2016).
+    The artery crosses the duct in a share of the patients whose artery is long enough. The share is
+    chosen so that all crossings have their published share. A duct that is long enough joins low:
+    6.7 % do, between 3.1 % (Shanmugam et al. 2021) and 9 % (Sarawagi et al. 2016).
     """
     low_m, high_m = CROSSING_LENGTH_M
     if low_m <= drawn["artery_length_m"] <= high_m:
@@ -193,7 +199,7 @@ def _course(seed: int, drawn: Mapping[str, Any]) -> Mapping[str, Bounds]:
 
 
 def _second_artery(seed: int, course: Mapping[str, Bounds]) -> dict[str, float] | None:
-    """Draw the second artery, or none; an artery that crosses behind takes its place."""
+    """Draw the second artery, or none; an artery that crosses behind replaces it."""
     chance = _stream(seed, "second artery").random() * (1 - BEHIND_SHARE)
     if course is BEHIND or chance >= SECOND_ARTERY_SHARE:
         return None

@@ -17,7 +17,7 @@ GRID_M = 0.006  # spacing of a surface's points
 
 
 def relief_rng(anatomy: Anatomy) -> np.random.Generator:
-    """Return the generator of the patient's own waves and lumps; the liver draws first."""
+    """Return the generator of the patient's own waves and lumps; the liver uses it first."""
     return np.random.default_rng([0x5CE4E, anatomy.seed])
 
 

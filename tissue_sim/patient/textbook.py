@@ -1,8 +1,9 @@
 """Draw textbook patients: long tubes, one artery, on which three clips and a cut always fit.
 
-These are the patients of world versions 1 to 5, but for their shortest arteries. Tests of tools and
-tissue, and the first lessons of a policy, need patients whose geometry does not decide the outcome.
-They are no sample of any population: see `tissue_sim.patient.population` for that.
+These patients are those of world versions 1 to 5, except for their shortest arteries. Tests of
+tools and tissue, and the first lessons of a policy, need patients whose geometry does not decide
+the outcome. They are no sample of any population: see `tissue_sim.patient.population` for such a
+sample.
 """
 
 from __future__ import annotations

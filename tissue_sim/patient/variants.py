@@ -1,7 +1,7 @@
 """Define anatomical variants: a textbook patient, changed where the variant's name says so.
 
-They are for scenarios that ask for one property. Seeds of the population have the same courses by
-themselves, at their published shares (`tissue_sim.patient.population`).
+Variants are for scenarios that need one property. Seeds of the population also have these courses,
+at their published shares (`tissue_sim.patient.population`).
 """
 
 from __future__ import annotations
@@ -31,9 +31,9 @@ class Variant:
     """The parameters that a variant changes.
 
     Attributes:
-        drawn: parameter of `Anatomy` -> the range it is drawn from, which may exceed the seeds'.
-        fixed: parameter -> its value.
-        second_artery: parameter of `Artery` -> range; empty if there is no second artery.
+        drawn: Parameter of `Anatomy` -> the range of the draw, which may exceed the seeds' range.
+        fixed: Parameter -> its value.
+        second_artery: Parameter of `Artery` -> range; empty if there is no second artery.
     """
 
     drawn: Mapping[str, Bounds] = field(default_factory=dict)

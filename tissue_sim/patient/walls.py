@@ -1,7 +1,8 @@
 """Map each element to its piece of wall: segments of the tubes, patches of the sac.
 
 A segment lies between two rings of a tube. A patch lies between two rings and two sectors of the
-gallbladder, through the wall's whole thickness: it is the smallest hole that the mesh can show.
+gallbladder, through the wall's whole thickness. A patch is the smallest hole that the mesh can
+show.
 """
 
 from __future__ import annotations
@@ -41,7 +42,7 @@ def patch_corners(organ: Organ) -> Indices:
 def patch_stiffness(organ: Organ) -> Array:
     """Return the (n_patch,) stiffness of the meshed wall in stretch, over the real wall's.
 
-    The wall's modulus is scaled for the body's thick mesh. Towards the neck the mesh's wall becomes
+    The wall's modulus is scaled for the body's thick mesh. Towards the neck the meshed wall becomes
     thinner and the real wall does not, so the meshed wall is too soft there.
     """
     inner, outer = organ.vertices[patch_corners(organ)].mean(axis=2).transpose(1, 0, 2)

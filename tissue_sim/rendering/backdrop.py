@@ -1,10 +1,10 @@
-"""What lies behind the tubes: peritoneum over fat, the ligament, the liver, the duodenum's edge.
+"""Build the surfaces behind the tubes: peritoneum over fat, ligament, liver, duodenum's edge.
 
-The peritoneum is one smooth sheet. Where the structures at risk run it rises around them, as the
-ligament does, and closes over their ends. Behind the cystic tubes it has been dissected: there it
-keeps back, and a lobe of the liver shows above it, in the "critical view of safety" (Strasberg et
-al., J. Am. Coll. Surg. 180, 1995). Instruments reach no farther than this room. Shapes are assumed;
-each patient has its own.
+The peritoneum is one smooth sheet. It rises around the structures at risk, as the ligament does,
+and closes over their ends. Behind the cystic tubes the peritoneum has been dissected and stays
+back. A lobe of the liver shows above it, in the "critical view of safety" (Strasberg et al., J. Am.
+Coll. Surg. 180, 1995). Instruments reach no farther than this space. Shapes are assumed; each
+patient has its own.
 """
 
 from __future__ import annotations
@@ -30,19 +30,19 @@ TILE_OF_SHEET_M = 0.075
 LIGAMENT_M = 0.008  # distance from a trunk at which its ligament has sunk into the sheet
 BARE_SHARE = 0.35  # of a trunk's radius that lies before the ligament, in the middle of the trunk
 LOBULE_M = 0.014  # a lobule of the fat under the sheet
-WINDOW_M = 0.0105  # how far the liver keeps back behind a dissected tube: jaws pass behind it
-SHEET_WINDOW_M = 0.0135  # how far the sheet does, behind the liver
-WINDOW_WIDTH_M = 0.009  # how far it keeps back beside a tube
+WINDOW_M = 0.0105  # distance of the liver behind a dissected tube: jaws pass between
+SHEET_WINDOW_M = 0.0135  # distance of the sheet behind a dissected tube, behind the liver
+WINDOW_WIDTH_M = 0.009  # distance beside a tube over which the sheet stays back
 ROOT_M = 0.0015  # of a tube, from its trunk, that is not dissected
 LOBE_M = np.array([0.080, 0.040])  # half width and half height of the liver's lobe
-LOBE_UP_M = 0.025  # height of its middle in the field
-LOBE_THICK_M = 0.010  # how far it stands out of the sheet
-DUODENUM_M = 0.013  # its radius
-DUODENUM_SUNK_M = 0.004  # of its middle, in the sheet
+LOBE_UP_M = 0.025  # height of the lobe's middle in the field
+LOBE_THICK_M = 0.010  # distance by which the lobe stands out of the sheet
+DUODENUM_M = 0.013  # radius of the duodenum
+DUODENUM_SUNK_M = 0.004  # depth of the duodenum's middle in the sheet
 
 
 def peritoneum(organ: Organ, rng: np.random.Generator) -> tuple[Surface, Look]:
-    """Build the sheet; nearer below and beside, where fat is thicker."""
+    """Build the sheet, which is nearer below and beside the field, where fat is thicker."""
     u, v = np.meshgrid(_places(0.138), _places(0.102)[: -len(BEYOND_M)])  # the liver is above
     beside = np.clip(np.abs(u) - 0.06, 0.0, None)
     folds = 0.0016 * waves(u[0], 0.06, rng) * waves(v[:, 0], 0.05, rng)[:, None]
@@ -61,7 +61,7 @@ def lobe(organ: Organ, colour: Colour, rng: np.random.Generator) -> tuple[Surfac
     u, v = np.meshgrid(*(np.arange(-r, r, CELL_M) for r in LOBE_M))
     v = v + LOBE_UP_M
     edge = 1.0 + 0.08 * waves(u[0], 0.05, rng)
-    flat = 1.0 - (u / LOBE_M[0]) ** 2  # it thins out towards both sides
+    flat = 1.0 - (u / LOBE_M[0]) ** 2  # the lobe thins out towards both sides
     inside = 1.0 - ((v - LOBE_UP_M) / (LOBE_M[1] * (0.5 + 0.5 * flat))) ** 2 * edge
     depth = _base(v) + 0.001 - LOBE_THICK_M * flat * np.sign(inside) * np.sqrt(np.abs(inside))
     depth = _with_windows(depth, u, v, organ, WINDOW_M)
@@ -94,7 +94,7 @@ def _places(half_m: float) -> Array:
 
 
 def _base(v: Array) -> Array:
-    """Return the depth of the sheet at a height, without what lies under it."""
+    """Return the depth of the sheet at a height, without the shape of the structures under it."""
     above, below = np.clip(v - 0.004, 0.0, None), np.clip(-v - 0.032, 0.0, None)
     return FAT_BEHIND_M + 1.3 * above - 0.75 * below + 6.0 * below**2
 
@@ -106,7 +106,7 @@ def _facing(u: Array, v: Array, depth: Array, tile_m: float) -> Surface:
 
 
 def _with_ligament(depth: Array, u: Array, v: Array, organ: Organ, trunk: str) -> Array:
-    """Raise the sheet (n, m) around a trunk, half of which shows; its ends are covered."""
+    """Raise the sheet (n, m) around a trunk; half of the trunk shows, its ends are covered."""
     rings = organ.rings[trunk]
     line = _fine(organ.vertices[rings[:, 0]])
     radius_m = np.linalg.norm(organ.vertices[rings[:, -1]] - organ.vertices[rings[:, 0]], axis=1)
@@ -119,7 +119,7 @@ def _with_ligament(depth: Array, u: Array, v: Array, organ: Organ, trunk: str) -
 
 
 def _with_windows(depth: Array, u: Array, v: Array, organ: Organ, window_m: float) -> Array:
-    """Push back what is near a cystic tube, but for the tube's root."""
+    """Push back the sheet near a cystic tube, except at the tube's root."""
     for tube in organ.tubes:
         line = _fine(organ.vertices[organ.rings[tube][: organ.neck_ring[tube] + 1, 0]])
         away, which = _nearest(line, u, v)
@@ -132,19 +132,19 @@ def _with_windows(depth: Array, u: Array, v: Array, organ: Organ, window_m: floa
 
 
 def _fine(line: Array) -> Array:
-    """Return 20 points for each of a line (n, 3)."""
+    """Return 20 interpolated points for each point of a line (n, 3)."""
     fine = np.linspace(0, len(line) - 1, 20 * len(line))
     return np.stack([np.interp(fine, np.arange(len(line)), line[:, k]) for k in range(3)], axis=1)
 
 
 def _nearest(line: Array, u: Array, v: Array) -> tuple[Array, NDArray[np.intp]]:
-    """Return how far each place of the sheet is from a line, m, and from which of its points."""
+    """Return the distance of each place of the sheet from a line, m, and the nearest point."""
     away, which = KDTree(line @ np.stack([RIGHT, UP], axis=1)).query(np.stack([u, v], -1))
     return np.asarray(away), np.asarray(which)
 
 
 def _look(rng: np.random.Generator) -> Look:
-    """Return peritoneum over fat, from yellow to pink with the patient's fat."""
+    """Return the look of peritoneum over fat, from yellow to pink with the patient's fat."""
     fat = rng.uniform(0.25, 0.8)
     yellow, pink = np.array([0.78, 0.50, 0.17]), np.array([0.66, 0.33, 0.26])
     red, green, blue = (round(float(c), 3) for c in fat * yellow + (1.0 - fat) * pink)

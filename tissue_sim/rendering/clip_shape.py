@@ -1,8 +1,8 @@
-"""The shape of the polymer clip: two ribbed legs, a hinge at the back, a hooked lock at the tip.
+"""Build the shape of the polymer clip: two ribbed legs, a hinge at the back, a hooked lock.
 
-Clip frame: the closing jaws' tool frame. Origin at the tip, +z forward along the legs, +y the
-closing direction, +x along the tube. One leg is modelled, on the +y side; half a turn about z
-makes it the other.
+The clip frame is the closing jaws' tool frame. Its origin is at the tip, +z forward along the legs,
++y the closing direction, +x along the tube. One leg is modelled, on the +y side. Half a turn about
+z gives the other leg.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""The lamps of endoscope and wrists, and the light that the cavity reflects."""
+"""Light the field with the lamps of endoscope and wrists, and with the cavity's reflected light."""
 
 from __future__ import annotations
 
@@ -13,15 +13,16 @@ from tissue_sim.sensing.pictures.cameras import T_world_camera, looking
 LAMP_W_SR = 0.028 * np.array([1.0, 0.97, 0.92])  # xenon through a fibre bundle
 LAMP_BESIDE_M = np.array([-0.00225, 0.006, -0.001])  # above the eyes, between them
 WRIST_LAMP_SHARE = (
-    0.02  # of the endoscope's: assumed, as small borescopes have; close by, it suffices
+    0.02  # of the endoscope's: assumed, as in small borescopes; sufficient at short range
 )
 FILL = np.array([0.085, 0.062, 0.055])  # soft and reddish: reflected by tissue
 
 
 class Illumination:
-    """One lamp at the endoscope's tip, a small one at each wrist's camera, and a soft fill.
+    """One lamp at the endoscope's tip, a small lamp at each wrist's camera, and a soft fill light.
 
-    The endoscope's comes first: the film of liquid mirrors the first lamp alone (`shader_pack`).
+    The endoscope's lamp comes first, because the film of liquid mirrors the first lamp alone
+    (`shader_pack`).
     """
 
     def __init__(self, scene: sapien.Scene) -> None:

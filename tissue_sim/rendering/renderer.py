@@ -1,10 +1,11 @@
-"""Which renderer draws here: a GPU, the system's software renderer, or the private one.
+"""Which renderer draws here: a GPU, the system's software renderer, or the private renderer?
 
 `make cameras` puts Mesa's software renderer in a folder of the Python environment, for machines
-that have no other. Each process that draws loads it, and Vulkan's choice of driver stands in the
-environment for those that it starts. It needs neither root nor `LD_LIBRARY_PATH`.
+without another renderer. Each process that draws loads this renderer. Vulkan's choice of driver is
+set in the environment of its child processes. The renderer needs neither root nor
+`LD_LIBRARY_PATH`.
 
-This file imports only the standard library at its top, and runs alone: it is the probe's program.
+This file is the probe's program and runs alone, so it imports only the standard library at its top.
 """
 
 import os
@@ -17,23 +18,24 @@ if TYPE_CHECKING:
     import sapien
 
 PRIVATE_FOLDER = Path(sys.prefix) / "renderer"
-DRIVER = "driver.json"  # tells Vulkan's loader where the driver is
+DRIVER = "driver.json"  # path of the driver for Vulkan's loader
 LIBRARIES = "libraries.txt"  # one path a line, relative to the folder: dependencies come first
 DRIVERS_VARIABLE = "VK_DRIVER_FILES"
 OTHER_CHOICES = ("VK_ICD_FILENAMES", "VK_ADD_DRIVER_FILES")
 
 
 def use_private_renderer(folder: Path = PRIVATE_FOLDER) -> bool:
-    """Use the private renderer if there is one and the user has chosen no other driver.
+    """Use the private renderer if it exists and the user has chosen no other driver.
 
-    Call it before the first Vulkan instance of the process; calling it again changes nothing. The
-    driver finds its libraries because they are loaded already.
+    Call the function before the first Vulkan instance of the process; a second call changes
+    nothing. The driver finds its libraries because they are loaded already.
 
     Returns:
         Whether the private renderer is the one that Vulkan finds.
 
     Raises:
-        OSError: a file of it is missing or broken; ask `renderer_kind` before, in another process.
+        OSError: a file of the renderer is missing or broken. Call `renderer_kind` before, which
+            tries in another process.
     """
     if choice_of_another(folder) is not None or not (folder / DRIVER).exists():
         return False
@@ -52,7 +54,7 @@ def choice_of_another(folder: Path = PRIVATE_FOLDER) -> str | None:
 
 
 def render_system() -> "sapien.render.RenderSystem":
-    """Make a render system, on a GPU if there is one that draws.
+    """Make a render system, on a GPU if one can draw.
 
     Raises:
         RuntimeError: there is no renderer here.
@@ -76,7 +78,7 @@ def _fastest_device() -> "sapien.Device":
 
 
 def _kind() -> str:
-    """Return the kind of the renderer, having made a render system with it."""
+    """Make a render system and return the renderer's kind."""
     private = use_private_renderer()
     if render_system().device.is_cuda():
         return "gpu"

@@ -1,8 +1,9 @@
 """Fetch Mesa's software renderer from this machine's own package sources, without root.
 
-`make cameras` runs it. Nothing outside the environment's folder is written: apt works on private
-lists and a private cache, and packages are unpacked there instead of installed. Mesa before 24.3
-does not suffice, so the backports of the machine's release are asked too, at the same address.
+`make cameras` runs this file. Nothing outside the environment's folder is written. The program apt
+works on private lists and a private cache. Packages are unpacked in the folder instead of
+installed. Mesa before 24.3 does not suffice, so the backports of the machine's release are used
+too, at the same address.
 """
 
 import json
@@ -34,7 +35,7 @@ RELEASE = Path("/etc/os-release")
 ANSWER_S = 10
 UPDATE_S = 60
 DOWNLOAD_S = 600
-UNPACK_S = 120  # a package
+UNPACK_S = 120  # per package
 
 APT_SETTINGS = """
 #clear APT::Update::Post-Invoke;
@@ -57,18 +58,18 @@ Acquire::https::Timeout "{answer_s}";
 
 
 class FetchError(Exception):
-    """No renderer can be fetched here; the message says why, in one line."""
+    """No renderer can be fetched here; the message states the reason in one line."""
 
 
 def backports(sources: str, codename: str) -> str:
     """Return package sources with the release's own suite replaced by its backports.
 
     Args:
-        sources: the text of a file of `/etc/apt`, with one line or one stanza a source.
-        codename: the release's name, such as "bookworm".
+        sources: The text of a file of `/etc/apt`, with one line or one stanza per source.
+        codename: The release's name, such as "bookworm".
 
     Returns:
-        The sources of the backports; empty where the text names no source of this release.
+        The sources of the backports; empty if the text names no source of this release.
     """
     line = rf"^(deb\s+(?:\[[^\]]*\]\s+)?\S+\s+){codename}(\s.*)$"
     found = [f"{m[1]}{codename}-backports{m[2]}" for m in re.finditer(line, sources, re.M)]
@@ -80,11 +81,11 @@ def backports(sources: str, codename: str) -> str:
 
 
 def fetch(folder: Path = PRIVATE_FOLDER) -> None:
-    """Put the renderer in `folder`, in place of what is there.
+    """Put the renderer in `folder`, in place of its content.
 
     Raises:
-        FetchError: this machine has no apt, its sources cannot be reached or hold no renderer, or
-            a file cannot be read or written.
+        FetchError: this machine has no apt, its sources cannot be reached or have no renderer, or a
+            file cannot be read or written.
     """
     missing = [name for name in PROGRAMS if shutil.which(name) is None]
     if missing:
@@ -116,7 +117,7 @@ def _unpack(package: Path, folder: Path) -> None:
 
 
 def _downloaded(root: Path) -> list[Path]:
-    """Download the driver's package and all that it needs beyond `BASE`."""
+    """Download the driver's package and all its dependencies beyond `BASE`."""
     codename = _codename()
     _write_sources(root / "sources", codename)
     for made in ("state/lists/partial", "cache/archives/partial"):
@@ -156,16 +157,16 @@ def _write_sources(folder: Path, codename: str) -> None:
 
 
 def _base_of(status: str) -> str:
-    """Return the part of dpkg's list of what is installed that is never fetched.
+    """Return the part of dpkg's list of installed packages that is never fetched.
 
-    All other needs of the driver are fetched, also those that are installed in an older version.
+    All other dependencies of the driver are fetched, including those installed in an older version.
     """
     base = re.compile(rf"Package: (?:{BASE})\n")
     return "".join(f"{text}\n\n" for text in status.split("\n\n") if base.match(text))
 
 
 def _arrange(unpacked: Path, folder: Path) -> None:
-    """Copy the driver and what it needs to `folder`, and write what its user reads."""
+    """Copy the driver and its dependencies to `folder`; write its description and library list."""
     everything = unpacked / "everything"
     everything.mkdir()
     files = {file.name: file for file in unpacked.rglob("*.so*")}
@@ -183,16 +184,17 @@ def _arrange(unpacked: Path, folder: Path) -> None:
 
 
 def _in_loading_order(folder: Path) -> list[str]:
-    """Return the names of the driver's libraries in `folder`: each after those that it needs.
+    """Return the names of the driver's libraries in `folder`, each after its dependencies.
 
-    What a library needs is a part of what its user needs, so the number of needs gives the order.
+    The dependencies of a library are a part of its user's, so the number of dependencies gives the
+    order.
     """
     needs = _needs(folder / DRIVER_LIBRARY)
     return sorted(needs, key=lambda name: len(_needs(folder / name)))
 
 
 def _needs(library: Path) -> set[str]:
-    """Return the names of what a library needs, of those that are in its own folder."""
+    """Return the names of a library's dependencies that are in the library's own folder."""
     environment = os.environ | {"LD_LIBRARY_PATH": str(library.parent)}
     listed = subprocess.run(["ldd", library], env=environment, capture_output=True, text=True)
     return set(re.findall(rf"=> {re.escape(str(library.parent))}/(\S+)", listed.stdout))
@@ -206,13 +208,13 @@ def _run(command: list[str], limit_s: float) -> subprocess.CompletedProcess[str]
 
 
 def _complaint(said: str) -> str:
-    """Return the first line of apt's that says what went wrong; later ones follow from it."""
+    """Return the first line of apt's output that states an error; later lines follow from it."""
     lines = [line for line in said.splitlines() if "Failed to fetch" in line or line[:2] == "E:"]
     return f"apt-get: {lines[0][3:]}" if lines else "apt-get failed and did not say why"
 
 
 def main() -> int:
-    """Fetch a renderer if none works here; return 0 if there is one afterwards."""
+    """Fetch a renderer if none works here; return 0 if there is a working renderer afterwards."""
     if (kind := renderer_kind()) is not None:
         print(f"A renderer works here ({kind}); nothing to fetch.")
         return 0

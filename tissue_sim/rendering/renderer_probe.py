@@ -11,9 +11,9 @@ KINDS = ("gpu", "system", "private")
 
 @cache
 def renderer_kind() -> str | None:
-    """Return one of `KINDS` if a render system can be made, by trying in a new process (0.7 s).
+    """Return one of `KINDS` if a render system can be made, by a trial in a new process (0.7 s).
 
-    A failed Vulkan set-up can break the process in which it happens, or crash it at exit.
+    A failed Vulkan set-up can break its process, or crash it at exit.
     """
     attempt = [sys.executable, "-P", renderer.__file__]
     tried = subprocess.run(attempt, capture_output=True, text=True)
@@ -22,7 +22,7 @@ def renderer_kind() -> str | None:
 
 
 def renderer_available() -> bool:
-    """Return whether pictures can be taken here; from now on, this process can take them."""
+    """Return whether pictures can be taken here, and prepare this process to take them."""
     kind = renderer_kind()
     if kind == "private":
         renderer.use_private_renderer()

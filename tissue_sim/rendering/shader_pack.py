@@ -1,12 +1,13 @@
-"""The renderer's shader pack: SAPIEN's own 'minimal', edited at run time for an endoscope.
+"""Edit SAPIEN's own shader pack 'minimal' at run time for an endoscope.
 
-It has no image-based lighting (an environment map and a table that take seconds to prepare), so the
-first picture comes at once. It adds the clear film of liquid on tissue, the tissue that steel
-mirrors, a filmic tone curve in place of clipping, softened edges, and positions in micrometres
-instead of millimetres.
+The pack has no image-based lighting (an environment map and a table that take seconds to prepare),
+so the first picture comes at once. It adds the clear film of liquid on tissue and the reflection of
+tissue in steel. It also adds a filmic tone curve in place of clipping, softened edges, and
+positions in micrometres instead of millimetres.
 
-The film needs two numbers that 'minimal' does not use. The fourth of a material's emission is 1
-less the share of the surface under the film; the fourth of a relief says where the film stays.
+The film needs two numbers that 'minimal' does not use. The fourth component of a material's
+emission is 1 less the share of the surface under the film. The fourth component of a relief is the
+place where the film stays.
 """
 
 from __future__ import annotations
@@ -134,7 +135,7 @@ void main() {
 
 @cache
 def shader_pack() -> Path:
-    """Return the pack's folder, which lies in the cache."""
+    """Return the pack's folder in the cache."""
     source = Path(sapien.__file__).parent / "vulkan_shader"
     files = {
         f"{folder}/{path.relative_to(source / original)}": path.read_text()
@@ -183,7 +184,7 @@ def _picture(text: str) -> str:
 
 
 def _vertex(text: str) -> str:
-    """Turn normals as points turn: no drawn surface is stretched."""
+    """Rotate normals as points are rotated, because no drawn surface is stretched."""
     return _replaced(text, r"mat3\(transpose\(inverse\(modelView\)\)\)", "mat3(modelView)")
 
 

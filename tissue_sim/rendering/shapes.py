@@ -1,4 +1,4 @@
-"""Simple surfaces to draw: grids, bent pipes, lofts and drops."""
+"""Build simple surfaces to draw: grids, bent pipes, lofts and drops."""
 
 from __future__ import annotations
 

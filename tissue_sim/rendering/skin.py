@@ -1,8 +1,9 @@
-"""The visible surface of the finite-element mesh: round, smooth and in parts. Pure functions.
+"""Build the visible surface of the finite-element mesh: round, smooth and in parts.
 
-Phong tessellation (Boubekeur and Alexa, 2008) refines the coarse surface: it projects each fine
-point on the tangent planes of its triangle's corners. A hexagonal tube looks round, and the corners
-stay on the tissue. What depends on topology is computed once, as a sparse matrix.
+The functions are pure. Phong tessellation (Boubekeur and Alexa, 2008) refines the coarse surface.
+It projects each fine point on the tangent planes of its triangle's corners. A hexagonal tube looks
+round, and the corners stay on the tissue. All values that depend on topology are computed once, as
+a sparse matrix.
 """
 
 from __future__ import annotations
@@ -31,9 +32,9 @@ class Patch:
     """One part of the surface.
 
     Attributes:
-        rows: its fine points among all fine points.
+        rows: the part's fine points among all fine points.
         triangles: (n_triangle, 3) outward, numbered within the part.
-        coarse: (n_coarse, 3) the faces of the mesh that it refines.
+        coarse: (n_coarse, 3) the faces of the mesh that the part refines.
     """
 
     rows: slice
@@ -46,7 +47,7 @@ class Skin:
     """The surface of one topology.
 
     Attributes:
-        patches: its parts by name.
+        patches: parts of the surface, by name.
         weights: (n_fine, n_vertex), barycentric weights of the fine points.
     """
 
@@ -98,7 +99,7 @@ def build_skin(
 
 
 def vertex_normals(x: Floats, faces: Indices) -> Floats:
-    """Compute unit normals (n_vertex, 3), faces weighted by angle; zero where no face is."""
+    """Compute unit normals (n_vertex, 3), faces weighted by angle; zero where there is no face."""
     corners = x[faces]  # (n_face, 3, 3)
     ahead = _unit(np.roll(corners, -1, axis=1) - corners)  # edge from each corner to the next
     across = _unit(np.cross(ahead[:, 0], ahead[:, 1]))

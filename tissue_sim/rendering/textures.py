@@ -1,4 +1,4 @@
-"""Materials: colour, wetness and a fine relief, as seamless procedural textures."""
+"""Make materials: colour, wetness and a fine relief, as seamless procedural textures."""
 
 from __future__ import annotations
 
@@ -25,18 +25,19 @@ DYE = (0.40, 0.015, 0.02)  # red, as in the video of SRT-H
 
 @dataclass(frozen=True, kw_only=True)
 class Look:
-    """A material. Colours are linear RGB, 0 to 1; shares are of the base colour.
+    """A material. Colours are linear RGB, 0 to 1; shares refer to the base colour.
 
     Attributes:
-        mottle: contrast of lighter and darker patches.
-        vessels: strength of the red of fine vessels.
-        relief: slope of the fine bumps.
-        grain: number of wavelengths of bumps and mottle in a tile.
-        glow: light that the surface emits.
-        film: share of the surface under clear liquid, whose small reflections follow the lamp.
-        lobules: slope of the lobules, and lobule_contrast: how dark the seams between them are.
-        lobule_count: number of lobules in a tile.
-        dyed: share of the surface under red liquid.
+        mottle: Contrast of lighter and darker patches.
+        vessels: Strength of the red of fine vessels.
+        relief: Slope of the fine bumps.
+        grain: Number of wavelengths of bumps and mottle in a tile.
+        glow: Light that the surface emits.
+        film: Share of the surface under clear liquid, whose small reflections follow the lamp.
+        lobules: Slope of the lobules.
+        lobule_contrast: Darkness of the seams between lobules.
+        lobule_count: Number of lobules in a tile.
+        dyed: Share of the surface under red liquid.
     """
 
     colour: Colour
@@ -55,9 +56,9 @@ class Look:
     dyed: float = 0.0
 
 
-@lru_cache(maxsize=64)  # a few patients' worth
+@lru_cache(maxsize=64)  # materials of a few patients
 def material(look: Look) -> sapien.render.RenderMaterial:
-    """Return the renderer's material. Its numbers of the film are those of `shader_pack`."""
+    """Return the renderer's material. The film's numbers are those of `shader_pack`."""
     made = sapien.render.RenderMaterial(
         base_color=[*look.colour, 1.0],
         roughness=look.roughness,
@@ -140,7 +141,7 @@ def colours(look: Look) -> Array:
 
 
 def _dyed(share: float) -> NDArray[np.bool_]:
-    """Return where puddles are (size, size) that cover a share of the texture."""
+    """Return the places (size, size) of puddles that cover a share of the texture."""
     puddles = noise(1, 5, 9)
     return puddles >= np.quantile(puddles, 1.0 - share) if share else np.zeros(puddles.shape, bool)
 
@@ -157,7 +158,7 @@ def relief(look: Look) -> Array:
 
 @cache
 def pooled() -> Array:
-    """Draw how much of the film stays (size, size), 0 to 1: it gathers in patches."""
+    """Draw the share (size, size) of the film that stays, 0 to 1; the film gathers in patches."""
     patches = 0.7 * noise(2, 12, 10) + 0.3 * noise(12, 40, 12)
     return np.clip(0.55 + 0.45 * patches, 0.05, 1.0)
 

@@ -1,6 +1,7 @@
-"""The cameras of a field, and everything they show, updated only when a picture is asked for.
+"""Define the cameras of a field, and the objects that they show.
 
-Nothing here changes the field: a run with pictures equals the run without them, bit for bit.
+The objects are updated only when a picture is requested. Nothing here changes the field: a run with
+pictures equals the run without them, bit for bit.
 """
 
 from __future__ import annotations
@@ -38,10 +39,10 @@ from tissue_sim.tools.physics_system import physics_system
 
 
 class Visual(Protocol):
-    """Something that cameras show."""
+    """An object that cameras show."""
 
     def update(self, field: Field) -> None:
-        """Draw it as the field is now."""
+        """Draw the object in the field's current state."""
         ...
 
 
@@ -63,7 +64,7 @@ class FieldCameras:
         self._visuals: list[Visual] = [visual(scene) for visual in VISUALS]
 
     def update(self, field: Field) -> None:
-        """Draw everything as the field is now."""
+        """Draw all objects in the field's current state."""
         for visual in self._visuals:
             visual.update(field)
 
@@ -85,10 +86,10 @@ class FieldCameras:
         """Take pictures of any cameras now: kind -> camera name -> picture (height, width, ...).
 
         Args:
-            field: what they show.
-            specs: the cameras.
+            field: The field to draw.
+            specs: The cameras.
             kinds: `COLOR_PICTURE`, here without its fourth channel, and `POSITION_PICTURE`.
-            aims_m: points of the world at which crops look, by their names.
+            aims_m: Points of the world at which crops are aimed, by camera name.
         """
         cameras = {spec.name: self._camera(spec) for spec in specs}
         self.update(field)

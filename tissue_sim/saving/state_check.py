@@ -14,7 +14,7 @@ from typing import Any, get_args, get_origin, get_type_hints
 
 import numpy as np
 
-KINDS = {  # the types accepted for a Python type: NumPy's scalars too
+KINDS = {  # the types accepted for a Python type, including NumPy's scalars
     bool: (bool, np.bool_),
     int: Integral,
     float: Real,
@@ -34,10 +34,10 @@ class Bound:
 def require_like(given: Any, example: Any, path: str) -> None:
     """Check that a state has the keys, types and shapes of an example, and finite arrays.
 
-    Data classes are checked against the types of their fields, as their contents vary.
+    Data classes are checked against the types of their fields, because their contents vary.
 
     Raises:
-        ValueError: it does not fit.
+        ValueError: the state does not match the example.
     """
     if isinstance(example, dict):
         _require(isinstance(given, dict), path, brief(given), "dict")
@@ -66,7 +66,7 @@ def require_type(given: Any, kind: Any, path: str) -> None:
         path: name of the value in the message.
 
     Raises:
-        ValueError: it does not fit.
+        ValueError: the value is not of this type, or not finite.
     """
     origin, parts = get_origin(kind), get_args(kind)
     if origin is UnionType:
@@ -100,10 +100,10 @@ def require_names(given: set[Any], expected: set[str], path: str) -> None:
 
 
 def require_within(given: Any, bounds: Mapping[str, Bound], path: str) -> None:
-    """Check the numbers and names of a state against every bound whose pattern fits their path.
+    """Check a state's numbers and names against every bound whose pattern matches their path.
 
     Raises:
-        ValueError: one is out of its bounds.
+        ValueError: a number or a name is out of its bounds.
     """
     leaves = list(_leaves(given, path))
     for pattern, bound in bounds.items():

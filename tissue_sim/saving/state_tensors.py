@@ -1,9 +1,10 @@
 """Convert a whole state to tensors and back, exactly, for saved trajectories.
 
-Arrays become tensors of the same type with a batch axis of one in front, in nested dicts. Of the
-mesh, only the arrays that move in each step do so. The others are stored as their differences from
-the patient's mesh as built: nearly all are zero, and compress to nothing. These and all that is no
-array (clips, cuts, injuries, the anatomy) become the bytes of one tensor.
+Arrays become tensors of the same type with a leading batch axis of one, in nested dicts. For the
+mesh, this applies only to the arrays that change in each step. The other arrays are stored as
+differences from the patient's mesh as built. Nearly all differences are zero and compress to
+nothing. These differences and all values that are no arrays (clips, cuts, injuries, the anatomy)
+become the bytes of one tensor.
 """
 
 from __future__ import annotations
@@ -46,9 +47,9 @@ SAVED_CLASSES = {
 """The classes that a state holds, by their names in saved states."""
 
 REST = "rest"
-BLOCK_BYTES = 32768  # the rest is padded to a multiple of this, so that states can be stacked
-MOST_BYTES = 1 << 24  # of an unpacked rest, which has half a megabyte
-MOVING = ("position", "velocity", "stiffness_at")  # of the tissue; the other arrays seldom change
+BLOCK_BYTES = 32768  # the rest is padded to a multiple of this size, so that states can be stacked
+MOST_BYTES = 1 << 24  # largest unpacked rest; a rest has half a megabyte
+MOVING = ("position", "velocity", "stiffness_at")  # tissue arrays; others seldom change
 
 Tensors = dict[str, Any]
 
@@ -71,11 +72,11 @@ def state_from_tensors(tensors: Tensors) -> dict[str, Any]:
     """Return the state that was given to `state_to_tensors`.
 
     Args:
-        tensors: what it returned: torch or NumPy, nested or by path, with or without batch axis.
+        tensors: The returned value: torch or NumPy, nested or by path, with or without batch axis.
 
     Raises:
-        ValueError: a tensor is missing, unknown or not a batch of one, the rest is not that of a
-            state, or the patient's mesh is another one here.
+        ValueError: A tensor is missing, unknown or not a batch of one. Or the remaining values do
+            not form a state. Or the patient's mesh differs from the mesh here.
     """
     if not isinstance(tensors, dict):
         raise ValueError(f"state: it is a {type(tensors).__name__}; expected: dict")
@@ -119,7 +120,7 @@ def flat(tensors: Tensors, path: str = "") -> Tensors:
 
 
 def nested(by_path: Tensors) -> Tensors:
-    """Return what `flat` flattened."""
+    """Return the nested dicts that `flat` flattened."""
     tree: Tensors = {}
     for path, tensor in by_path.items():
         *above, name = path.split("/")
@@ -143,7 +144,7 @@ def _digest(mesh: dict[str, NDArray[Any]]) -> str:
 
 
 def _applied(differences: bytes, built: dict[str, NDArray[Any]]) -> dict[str, NDArray[Any]]:
-    """Return the mesh's arrays: as built, with the differences."""
+    """Return the mesh's arrays: the arrays as built, with the differences applied."""
     ends = np.cumsum([own.nbytes for own in built.values()])
     if len(differences) != ends[-1]:
         raise ValueError(f"state: {REST!r} holds {len(differences)} bytes of {ends[-1]}")
@@ -213,9 +214,9 @@ def _decoded(node: Any) -> Any:
 
 
 def _data_class(name: str) -> type:
-    """Return one of the classes that a state holds; nothing else is ever called.
+    """Return one of the classes that a state contains; nothing else is ever called.
 
-    States of earlier versions name the module too, as in "tissue_sim.record:Record".
+    States of earlier versions also name the module, as in "tissue_sim.record:Record".
     """
     module, _, short = name.rpartition(":")
     if short not in SAVED_CLASSES or not (not module or module.startswith("tissue_sim.")):
@@ -247,7 +248,7 @@ def _without_arrays(node: Any) -> Any:
 
 
 def _filled(node: Any, arrays: dict[str, NDArray[Any]], path: str) -> Any:
-    """Replace each None of a skeleton by its array, and remove it from `arrays`."""
+    """Replace each None of a skeleton by its array, and remove the array from `arrays`."""
     if node is None:
         if path not in arrays:
             raise ValueError(f"state: {path!r} is missing")
@@ -260,7 +261,7 @@ def _filled(node: Any, arrays: dict[str, NDArray[Any]], path: str) -> Any:
 
 
 def _plain_arrays(tensors: Tensors) -> dict[str, NDArray[Any]]:
-    """Return the tensors as arrays without the batch axis, which all of them have, or none."""
+    """Return the tensors as arrays without the batch axis, which all tensors or none have."""
     if REST not in tensors:
         raise ValueError(f"state: {REST!r} is missing")
     batched = np.ndim(tensors[REST]) > 1

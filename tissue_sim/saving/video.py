@@ -1,4 +1,4 @@
-"""A video, written picture by picture."""
+"""Write a video, picture by picture."""
 
 from __future__ import annotations
 
@@ -14,10 +14,10 @@ QUALITY = 23  # libx264's constant rate factor: 0 is without loss, 51 the worst
 
 
 class Video:
-    """Writes pictures to a file in a `with` block; the file is there when the block is left."""
+    """Writes pictures to a file in a `with` block; the file exists after the block."""
 
     def __init__(self, path: Path, keyframes: int = 250) -> None:
-        """Write to `path`; pictures are found faster if `keyframes` are few pictures apart."""
+        """Write to `path`, with one keyframe in `keyframes` pictures; a low number speeds seeks."""
         self._path, self._partial = path, path.with_suffix(f".partial{path.suffix}")
         self._exact = ["-g", str(keyframes), "-bf", "0", "-crf", str(QUALITY)]
 
@@ -40,5 +40,5 @@ class Video:
 
     def __exit__(self, *left: object) -> None:
         self._writer.close()
-        if self._partial.exists():  # it is made with the first picture
+        if self._partial.exists():  # the file is made with the first picture
             self._partial.replace(self._path)

@@ -1,7 +1,7 @@
 """Check a saved state of the world: one table of bounds, and rules between its parts.
 
-The world itself tells which parts must be present, their types and shapes, and that they are
-finite; only tighter bounds need a line in the table.
+The world defines the required parts and their types and shapes, and requires finite values. Only
+tighter bounds need a line in the table.
 """
 
 from __future__ import annotations
@@ -28,7 +28,7 @@ POSITIVE = Bound(low=0)
 
 
 def copied(node: Any) -> Any:
-    """Copy every array; records are frozen and stay shared."""
+    """Copy every array; records are frozen and remain shared."""
     if isinstance(node, dict):
         return {name: copied(part) for name, part in node.items()}
     if isinstance(node, tuple):
@@ -66,7 +66,7 @@ def require_state(
 
 
 def _sizes(tissue: Tissue) -> dict[str, Bound]:
-    """Return the bounds of the sizes that bound the rest."""
+    """Return the bounds of the sizes that limit all other parts."""
     fewest, most = len(tissue.organs[0].vertices), tissue.host("position").shape[1]
     return {
         "tissue/n_vertex": Bound(low=fewest, high=most),
@@ -119,7 +119,7 @@ def _require_mounted(mounted: NDArray[np.bool_]) -> None:
 
 
 def _require_topology(state: dict[str, Any], tissue: Tissue) -> None:
-    """Check that the elements are those of the rest shape and that their matrix fits."""
+    """Check that the elements are those of the rest shape and that their matrix matches."""
     n, tets = int(state["n_vertex"][0]), state["tet"][0, : len(tissue.tets())]
     alive = state["tet_alive"][0, : len(tets)] != 0
     volume = state["volume"][0, : len(tets)]
@@ -130,7 +130,7 @@ def _require_topology(state: dict[str, Any], tissue: Tissue) -> None:
 
 
 def _require_history(record: Record, tubes: Tubes) -> None:
-    """Check that clips, cuts and the grasp fit the tubes, and that paired entries agree."""
+    """Check that clips, cuts and the grasp match the tubes, and that paired entries agree."""
     crossings = [crossing for clip in record.clips for crossing in clip.crossings]
     for place in (*crossings, *record.openings):
         n_ring = len(tubes.below[place.tube])

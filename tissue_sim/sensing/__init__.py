@@ -1,1 +1,1 @@
-"""What is a policy told of the field? Exact state, a model of cameras, or pictures."""
+"""What can a policy observe of the field? Exact state, a model of cameras, or pictures."""

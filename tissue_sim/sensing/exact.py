@@ -1,4 +1,7 @@
-"""The sense `exact`: simulator state, without error, delay or occlusion. No robot has it."""
+"""Implement the sense `exact`: simulator state, without error, delay or occlusion.
+
+No robot has this sense.
+"""
 
 from __future__ import annotations
 
@@ -19,17 +22,24 @@ from tissue_sim.sensing.observation import (
     TUBE_POINTS,
     Observation,
 )
+from tissue_sim.sensing.sense import SenseSetup
 from tissue_sim.tools.instruments import PATCH_LINKS
 
 _ENDS = np.cumsum(list(POINTS.values()))[:-1]
 
 
 class SenseExact:
-    """Tells the exact state."""
+    """Returns the exact state."""
 
     def observe(self, world: Field, exact: Observation) -> Observation:
         """Return the field's exact state."""
         return exact
+
+
+def make(setup: SenseSetup) -> SenseExact:
+    """Return the sense; nothing in its setup concerns it."""
+    del setup
+    return SenseExact()
 
 
 def exact_observation(field: Field) -> Observation:
@@ -97,7 +107,7 @@ def _centreline(field: Field, positions: NDArray[np.floating], tube: str, n_poin
 
 @cache
 def _between(n_ring: int, n_point: int) -> tuple[NDArray[np.int64], NDArray[np.int64], Array]:
-    """Return the rings below and above each point, and its share of the way between (n, 1)."""
+    """Return the rings below and above each point, and the point's share of the way (n, 1)."""
     at = np.linspace(0, n_ring - 1, n_point)
     low = np.minimum(at.astype(int), n_ring - 2)
     return low, low + 1, (at - low)[:, None]

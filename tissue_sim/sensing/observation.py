@@ -1,7 +1,7 @@
-"""What everybody who acts is told in each control step: tools, points of the tissue, clips, forces.
+"""Define what every acting part observes in each control step: tools, tissue, clips, forces.
 
-Planner, controller, safety filter and nurse get one `Observation` and nothing else. It comes from
-one of four senses (`sense.py`), and says of each point how uncertain it is.
+Planner, controller, safety filter and nurse get one `Observation` and nothing else. An observation
+comes from one of four senses (`sense.py`), and states the uncertainty of each point.
 """
 
 from __future__ import annotations
@@ -34,44 +34,46 @@ POINTS = {
 
 GRASPER, CLIP_APPLIER, SCISSORS = "grasper", "clip_applier", "scissors"
 N_POINTS = sum(POINTS.values())
-N_LINE = N_POINTS - MAX_CLIPS  # points that belong to lines; the others are clips
+N_LINE = N_POINTS - MAX_CLIPS  # points that belong to lines; the other points are clips
 
 
 @dataclass(frozen=True, kw_only=True)
 class Observation:
     """One control step. Rows: left, right arm. Frame: endoscope (+x left, +y up, +z away).
 
-    Everybody who acts reads the same one: its arrays cannot be written into; write into a copy.
+    All readers share the same observation, so its arrays are read-only; write into a copy.
 
     Attributes:
-        time_s: since the episode's start.
-        joints: (2, 7) now: yaw, pitch, insertion (m), roll, wrist pitch, wrist yaw, jaw (rad).
+        time_s: Time since the episode's start.
+        joints: (2, 7) current joints: yaw, pitch, insertion (m), roll, wrist pitch, wrist yaw, jaw
+            (rad).
         tips_endoscope: (2, 4, 4) `T_endoscope_tool`.
         forces_n: (2, 3) force of the tissue on each tool.
-        pinch_n: how hard the grasper's jaws press on what is between them.
-        tools: names of the mounted instruments.
-        clip_loaded: the applier holds a clip.
-        left_tube_m, right_tube_m: (8, 3) points of the tubes' centrelines, named by where the
-            endoscope shows them.
+        pinch_n: Force of the grasper's jaws on the tissue between them.
+        tools: Names of the mounted instruments.
+        clip_loaded: Whether the applier holds a clip.
+        left_tube_m, right_tube_m: (8, 3) points of the tubes' centrelines. The names are the sides
+            in the endoscope's view.
         sac_m: (5, 3) axis of the infundibulum.
         common_bile_duct_m, hepatic_artery_m: (4, 3) points of the centrelines of the structures at
             risk.
         clips_m: (8, 3) clips in order of closing, zeros beyond `n_clips`.
-        n_clips: closed so far; the last eight have places.
+        n_clips: Number of clips closed so far; the last eight have places.
         severed: (2,) whether the left and the right tube are cut or torn through.
         tube_radius_m: (2,) outer radii of the left and the right tube.
-        rest_length_m: (2,) lengths of the left and the right tube before anything pulled at them.
-        rest_length_std_m: (2,) their standard deviations.
-        third_tube: chance that a third tube runs to the gallbladder, 0 to 1.
-        std_m: (`N_POINTS`,) standard deviation of each point's place along each axis. That of
-            `tracked` leaves out two of its errors, `along_m` and `clip_m` of `SensorModel`.
-        age_s: (`N_POINTS`,) time since a camera last saw the point.
-        hidden: (`N_POINTS`,) no camera sees the point now.
+        rest_length_m: (2,) lengths of the left and the right tube before any traction.
+        rest_length_std_m: (2,) standard deviations of these lengths.
+        third_tube: Probability that a third tube runs to the gallbladder, 0 to 1.
+        std_m: (`N_POINTS`,) standard deviation of each point's place along each axis. For
+            `tracked`, it excludes two errors, `along_m` and `clip_m` of `SensorModel`.
+        age_s: (`N_POINTS`,) time since a camera last observed the point.
+        hidden: (`N_POINTS`,) whether no camera observes the point now.
         sac_radius_m: (5,) outer radii of the infundibulum at `sac_m`.
         T_world_endoscope: (4, 4) the endoscope's pose, from its holder's encoders.
-        shaft_offset_m: (2,) how far each shaft passes from its remote centre, by the arm's sensors.
-        stands_still: the safety filter has let an arm stand for so long that a person should look.
-        images: camera name -> (height, width, 3) uint8, where they were drawn.
+        shaft_offset_m: (2,) distance of each shaft from its remote centre, by the arm's sensors.
+        stands_still: Whether the safety filter has stopped an arm for so long that a person should
+            check.
+        images: Camera name -> (height, width, 3) uint8, if images were drawn.
     """
 
     time_s: float
@@ -106,7 +108,7 @@ class Observation:
         seal(self)
 
     def __setstate__(self, state: dict[str, Any]) -> None:
-        """Become what was copied or pickled, which numpy makes writable."""
+        """Restore a copied or pickled state, whose arrays numpy makes writable, as read-only."""
         vars(self).update(state)
         seal(self)
 
@@ -115,7 +117,7 @@ class Observation:
         return np.concatenate([getattr(self, name) for name in POINTS])
 
     def vector(self) -> NDArray[np.float32]:
-        """Flatten what `VECTOR_LAYOUT` names into (`VECTOR_SIZE`,)."""
+        """Flatten the parts that `VECTOR_LAYOUT` names into (`VECTOR_SIZE`,)."""
         rest = {"tips_endoscope": self.tips_endoscope[:, :3], "scissors": self.tools[1] == SCISSORS}
         parts = (rest[name] if name in rest else getattr(self, name) for name in VECTOR_LAYOUT)
         return np.concatenate([np.ravel(p) for p in parts]).astype(np.float32)
@@ -152,10 +154,11 @@ VECTOR_SIZE = sum(prod(shape) for shape in VECTOR_LAYOUT.values())
 _BEFORE_POINTS = takewhile(lambda name: name not in POINTS, VECTOR_LAYOUT)
 POINTS_BEGIN = sum(prod(VECTOR_LAYOUT[name]) for name in _BEFORE_POINTS)
 POINTS_END = POINTS_BEGIN + 3 * N_POINTS
-"""Where the points of `POINTS`, one after the other, are in `Observation.vector()`."""
+"""Range of the points of `POINTS`, one after the other, in `Observation.vector()`."""
 
 ENCODED = ("joints", "tips_endoscope", "forces_n", "pinch_n", "clip_loaded", "scissors")
-"""The parts of `Observation.vector()` that encoders and motor currents tell, without a camera."""
+"""The parts of `Observation.vector()` that come from encoders and motor currents, without a
+camera."""
 
 
 def fields(vectors: Any) -> dict[str, Any]:
@@ -177,7 +180,7 @@ def encoded_and_tissue(vectors: NDArray[np.float32]) -> tuple[NDArray, NDArray]:
 
 
 def observation_of(vector: NDArray[np.float32], time_s: float) -> Observation:
-    """Return the observation with this `Observation.vector()`; what is not in it is as default."""
+    """Return the observation of an `Observation.vector()`; all other fields have their defaults."""
     parts = {name: part.astype(float) for name, part in fields(vector).items()}
     tips = np.tile(np.eye(4), (2, 1, 1))
     tips[:, :3] = parts["tips_endoscope"]

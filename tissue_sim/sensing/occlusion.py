@@ -1,7 +1,7 @@
-"""Which observed points can no camera see? Ray tests against instruments and tissue.
+"""Which observed points are hidden from all cameras? Rays test instruments and tissue.
 
-A point lies inside what it belongs to, so its own wall may stand before it. Peritoneum, blood and
-smoke hide nothing here.
+A point lies inside its structure, so the structure's own wall may lie before the point. Peritoneum,
+blood and smoke hide nothing here.
 """
 
 from __future__ import annotations
@@ -21,13 +21,13 @@ from tissue_sim.surgery.clips.clip import CLIP_LENGTH_M
 from tissue_sim.tools.instrument_meshes import link_parts
 from tissue_sim.tools.instruments import PATCH_LINKS, Instrument
 
-EYES = ("endoscope_left", "wrist_left", "wrist_right")  # the right eye sees what the left one sees
-DEPTH_M = 0.0015  # assumed: how far behind the first surface a wall still counts as seen
+EYES = ("endoscope_left", "wrist_left", "wrist_right")  # the right eye's view equals the left one's
+DEPTH_M = 0.0015  # assumed: depth behind the first surface at which a wall is still visible
 SAC_DEPTH_M = 0.02  # assumed: the sac's axis lies about this deep below its wall
 
 
 class Occlusion:
-    """Tells which points are hidden from all cameras of one field."""
+    """Computes which points are hidden from all cameras of one field."""
 
     def __init__(self) -> None:
         self._tets: NDArray[np.int32] = np.zeros((0, 4), np.int32)
@@ -35,11 +35,11 @@ class Occlusion:
         self._links: dict[str, list[RayMesh]] = {}
 
     def __reduce__(self) -> tuple[type[Occlusion], tuple[()]]:
-        """Copy without meshes: they are made again from the field."""
+        """Copy without meshes, which are made again from the field."""
         return Occlusion, ()
 
     def hidden(self, field: Field, seen: Observation) -> NDArray[np.bool_]:
-        """Return (`N_POINTS`,) which points of the exact observation no camera sees now."""
+        """Return (`N_POINTS`,) which points of the exact observation no camera observes now."""
         points = transform(field.T_world_endoscope, seen.points_m())
         T_world_eye = np.stack([T_world_camera(field, name) for name in EYES])
         visible = _in_view(T_world_eye, points) & ~self._blocked(field, seen, T_world_eye, points)
@@ -48,7 +48,7 @@ class Occlusion:
     def _blocked(
         self, field: Field, seen: Observation, T_world_eye: Array, points: Array
     ) -> NDArray[np.bool_]:
-        """Return (eye, point) whether something stands before it."""
+        """Return (eye, point) whether an object lies before the point."""
         links = [mesh for tool in field.arms.mounted for mesh in self._meshes(tool)]
         return blocked(
             T_world_eye[:, :3, 3],
@@ -60,7 +60,7 @@ class Occlusion:
         )
 
     def _tissue_mesh(self, field: Field) -> RayMesh:
-        """Return the tissue's outer faces where they are now; cuts make new ones."""
+        """Return the tissue's outer faces at their current places; cuts make new faces."""
         alive = field.tissue.host("tet_alive")[0, : len(field.organ.tets)] != 0
         tets, x = field.tissue.tets()[alive], field.tissue.positions()
         if self._tissue is None or not np.array_equal(tets, self._tets):
@@ -71,7 +71,7 @@ class Occlusion:
         return self._tissue
 
     def _meshes(self, tool: Instrument) -> list[RayMesh]:
-        """Return a tool's links as meshes, each in its own frame, as `PATCH_LINKS` orders them."""
+        """Return a tool's links as meshes, each in its own frame, in the order of `PATCH_LINKS`."""
         if tool.name not in self._links:
             parts = link_parts(tool)
             self._links[tool.name] = [_joined([p.mesh for p in parts[k]]) for k in PATCH_LINKS]
@@ -86,7 +86,7 @@ def _joined(meshes: list[trimesh.Trimesh]) -> RayMesh:
 
 
 def depths_m(seen: Observation) -> NDArray[np.float32]:
-    """Return how deep (`N_POINTS`,) each point lies below the wall of what it belongs to."""
+    """Return the depth (`N_POINTS`,) of each point below the wall of its structure."""
     deep = dict(zip(POINTS, (*seen.tube_radius_m, SAC_DEPTH_M), strict=False))
     deep |= {"clips_m": CLIP_LENGTH_M}
     for name, trunk in zip(("common_bile_duct_m", "hepatic_artery_m"), AT_RISK, strict=True):
@@ -96,7 +96,7 @@ def depths_m(seen: Observation) -> NDArray[np.float32]:
 
 
 def _in_view(T_world_eye: Array, points: Array) -> NDArray[np.bool_]:
-    """Return (eye, point) whether it lies within a camera's field of view."""
+    """Return (eye, point) whether a point lies within a camera's field of view."""
     spec = CameraSpec(name=EYES[0])
     up = np.tan(0.5 * spec.fov_rad)
     across = up * spec.width / spec.height

@@ -1,4 +1,4 @@
-"""Places on a polyline."""
+"""Compute places on a polyline."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from tissue_sim.frames import Array
 def nearest_on(line: Array, point: Array) -> tuple[int, float, float]:
     """Return the place on a line (n, 3) that is nearest to a point (3,), and its distance, m.
 
-    The place is the lower neighbour's number, and the share of the way to the next.
+    The place is the number of the lower neighbour, and the share of the way to the next point.
     """
     way = np.diff(line, axis=0)
     off = point - line[:-1]
@@ -35,7 +35,7 @@ def nearest_to_jaws(
 def place_on(line: Array, at: float, cut: float | None = None) -> Array:
     """Return the point (3,) at a station, counted in points of the line (n, 3).
 
-    Beside a cut the line goes on straight from the points on the same side of it.
+    Beside a cut, the line continues straight from the points on the same side of the cut.
     """
     k = int(np.clip(at, 0, len(line) - 2))
     if cut is not None and k == int(cut):

@@ -1,4 +1,4 @@
-"""Ray tests against triangle meshes, on the CPU."""
+"""Test rays against triangle meshes, on the CPU."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike, NDArray
 
 
 class RayMesh:
-    """A triangle mesh that rays are tested against."""
+    """A triangle mesh for ray tests."""
 
     def __init__(self, points: ArrayLike, triangles: ArrayLike) -> None:
         """Take points (n, 3) and triangles (m, 3)."""
@@ -18,7 +18,7 @@ class RayMesh:
         self.mesh = wp.Mesh(_vectors(points), wp.array(faces, dtype=wp.int32, device="cpu"))
 
     def move(self, points: ArrayLike) -> None:
-        """Move its points (n, 3)."""
+        """Move the mesh's points (n, 3)."""
         self.mesh.points.assign(np.asarray(points, np.float32))
         self.mesh.refit()
 
@@ -31,13 +31,13 @@ def blocked(
     links: Sequence[RayMesh],
     T_link_world: ArrayLike,
 ) -> NDArray[np.bool_]:
-    """Return (m, n) whether something stands between eyes (m, 3) and points (n, 3), world frame.
+    """Return (m, n) whether an object lies between eyes (m, 3) and points (n, 3), world frame.
 
     Args:
-        depth_m: (n,) how far before a point the tissue does not count.
-        tissue: in the world frame.
-        links: of the instruments, each in its own frame.
-        T_link_world: (n_link, 4, 4) to these frames.
+        depth_m: (n,) depth before a point in which the tissue does not count.
+        tissue: Mesh in the world frame.
+        links: Meshes of the instruments, each in its own frame.
+        T_link_world: (n_link, 4, 4) poses to these frames.
     """
     found = wp.zeros((len(eyes), len(points)), dtype=wp.int32, device="cpu")
     wp.launch(

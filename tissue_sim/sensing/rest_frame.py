@@ -1,7 +1,7 @@
-"""Observations in a frame that moves with the patient's body.
+"""Express observations in a frame that moves with the patient's body.
 
-It is the endoscope's frame, shifted so that the tubes' fixed ends stay where they were at first:
-the patient breathes and the endoscope may be bumped, and policies need not learn either.
+The frame is the endoscope's frame, shifted so that the tubes' fixed ends stay at their first
+places. The patient breathes and the endoscope may be bumped; policies need not learn these motions.
 """
 
 from __future__ import annotations
@@ -44,7 +44,7 @@ class RestFrame:
     """The frame during an episode.
 
     Attributes:
-        offset_m: (3,) from the endoscope's frame to this one.
+        offset_m: (3,) offset of this frame from the endoscope's frame.
     """
 
     def __init__(self) -> None:

@@ -1,7 +1,7 @@
-"""How long were the tubes before anything pulled at them? The observed points tell.
+"""How long were the tubes before any traction? The estimate uses the observed points.
 
-Traction draws a tube out by up to 12 %, clips more; where clips and cut belong, how many clips have
-room and what the judge measures are lengths at rest.
+Traction lengthens a tube by up to 12 %, clips by more. The places of clips and cut, the number of
+clips with room and the judge's measures are lengths at rest.
 """
 
 from __future__ import annotations
@@ -12,17 +12,17 @@ from tissue_sim.frames import Array
 from tissue_sim.sensing.observation import TUBE_POINTS
 from tissue_sim.thresholds import HELD_PINCH_N
 
-CHORDS = 0.992  # of a slack tube's length, along its points: measured on 30 training patients
-EXACT_M2 = 1e-8  # added to a variance: an exact look does not count without end
+CHORDS = 0.992  # points' chords over a slack tube's length: measured on 30 training patients
+EXACT_M2 = 1e-8  # added to a variance, so that an exact look has a finite weight
 _ENDS = np.array([[0, TUBE_POINTS - 1], [TUBE_POINTS, 2 * TUBE_POINTS - 1]])
 
 
 class RestLengths:
-    """Averages the lengths of one patient's tubes over all looks in which nothing pulls at them.
+    """Averages the lengths of one patient's tubes over all looks without traction.
 
     Attributes:
-        std_m: (2,) of the best look at the left and at the right tube: what looks have in common
-            remains.
+        std_m: (2,) standard deviation of the best look at the left and at the right tube. Errors
+            that looks have in common remain.
     """
 
     def __init__(self) -> None:
@@ -30,15 +30,15 @@ class RestLengths:
         self.std_m = np.full(2, np.inf)
 
     def estimate(self, points_m: Array, std_m: Array, *, pinch_n: float, n_clips: int) -> Array:
-        """Take in one observation; return both lengths (2,), m.
+        """Add one observation, and return both lengths (2,), m.
 
         The first observation always counts.
 
         Args:
-            points_m: (n, 3) observed points, of which the tubes' come first.
-            std_m: (n,) their standard deviations.
-            pinch_n: as `Observation.pinch_n`.
-            n_clips: closed so far.
+            points_m: (n, 3) observed points, of which the tubes' points come first.
+            std_m: (n,) standard deviations of the points.
+            pinch_n: Force as in `Observation.pinch_n`.
+            n_clips: Number of clips closed so far.
         """
         at_rest = pinch_n < HELD_PINCH_N and n_clips == 0
         if at_rest or not self._weight.any():

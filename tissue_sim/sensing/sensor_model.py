@@ -1,7 +1,7 @@
-"""How large are the errors of what cameras and encoders tell? The parameters of `tracked`.
+"""How large are the errors of camera and encoder values? These are the parameters of `tracked`.
 
-Errors of the places of points were fitted to those of the perception from pictures, on eight
-tuning patients (`docs/senses.md`); what is of encoders and motor currents is assumed.
+The errors of points' places were fitted to those of the perception from pictures, on eight tuning
+patients (`docs/senses.md`). The errors of encoders and motor currents are assumed.
 """
 
 from __future__ import annotations
@@ -15,30 +15,34 @@ ALLOWED = {"slow_s": ABOVE_0, "look_s": ABOVE_0, "dropout_s": ABOVE_0, "dropout"
 
 @dataclass(frozen=True, kw_only=True)
 class SensorModel:
-    """Errors, each a standard deviation along each axis unless said otherwise.
+    """Errors, each a standard deviation along each axis unless stated otherwise.
 
     Attributes:
-        shared_m: all points and both tips together, constant in an episode: the arms' places
-            relative to the endoscope are off, and cameras on the arms see by them.
-        scene_m: all points together, constant in an episode.
-        bias_m: each line of points, constant in an episode; neighbours have nearly the same.
-        slow_m, slow_s: the same, but wandering with this time constant.
-        white_m: each point, new in each look.
-        along_m: each end of a line along it, constant: a smooth tube has no landmark.
-        far: factor on `bias_m`, `slow_m` and `along_m` from `BLURRED_M` to the right tip on.
-        clip_m: each clip, constant.
-        tube_radius, sac_radius: of a tube's radius and the gallbladder's, relative.
-        look_s: time from one look to the next.
-        delay_s: age of what a look shows.
-        dropout: share of looks in which a point that is in sight is not found.
-        dropout_s: how long a dropout lasts on average.
-        creep_m_s, creep_most_m: growth of a hidden point's standard deviation, and its end: it
-            moves with its neighbours.
-        severed_s: how long after a cut the tube counts as severed.
-        third_tube: error of the chance of a third tube.
-        hand_eye_m, hand_eye_rad: of each arm's pose relative to what is seen, constant.
-        tip_m, jaw_rad: of encoders, white.
-        force_n: slow error of a force, N, with `slow_s`; a tenth of it is white.
+        shared_m: Error of all points and both tips together, constant in an episode. It is an error
+            of the arms' places relative to the endoscope, which also shifts the cameras on the
+            arms.
+        scene_m: Error of all points together, constant in an episode.
+        bias_m: Error of each line of points, constant in an episode; neighbours have nearly the
+            same error.
+        slow_m, slow_s: Error like `bias_m` that drifts, and the time constant of the drift.
+        white_m: Error of each point, new in each look.
+        along_m: Error of each end of a line along it, constant, because a smooth tube has no
+            landmark.
+        far: Factor on `bias_m`, `slow_m` and `along_m` from `BLURRED_M` to the right tip on.
+        clip_m: Error of each clip, constant.
+        tube_radius, sac_radius: Relative errors of a tube's radius and the gallbladder's radius.
+        look_s: Time between two looks.
+        delay_s: Age of a look's content.
+        dropout: Share of looks in which a visible point is not found.
+        dropout_s: Average duration of a dropout.
+        creep_m_s, creep_most_m: Growth of a hidden point's standard deviation, and its largest
+            value. A hidden point moves with its neighbours.
+        severed_s: Delay after a cut until the tube counts as severed.
+        third_tube: Error of the probability of a third tube.
+        hand_eye_m, hand_eye_rad: Errors of each arm's pose relative to the observed scene,
+            constant.
+        tip_m, jaw_rad: White errors of encoders.
+        force_n: Slow error of a force, N, with `slow_s`; a tenth of the error is white.
     """
 
     shared_m: float = 5e-5
@@ -74,7 +78,7 @@ class SensorModel:
                 raise ValueError(f"sensor model: {name} = {value!r} must be a number {allowed}")
 
     def scaled(self, strength: float) -> SensorModel:
-        """Return the model with all errors, but not its times, `strength` times as large."""
+        """Return the model with errors `strength` times as large, and the same times."""
         sizes = {name: strength * getattr(self, name) for name in SIZES}
         return replace(self, **sizes, far=1.0 + (self.far - 1.0) * min(strength, 1.0))
 
@@ -84,4 +88,4 @@ SIZES = (
     "sac_radius",
     "third_tube", "hand_eye_m", "hand_eye_rad", "tip_m", "jaw_rad", "force_n",
 )  # fmt: skip
-SHARP_M, BLURRED_M = 0.015, 0.045  # from the right tip: its camera sees close to it best
+SHARP_M, BLURRED_M = 0.015, 0.045  # from the right tip: its camera resolves close points best

@@ -1,4 +1,4 @@
-"""The observed tissue as a network takes it: relative to each tool, and along the tubes."""
+"""Compute a network's features of the observed tissue: relative to each tool, and along tubes."""
 
 from __future__ import annotations
 
@@ -18,20 +18,20 @@ UNSURE_M, RADIUS_M = 0.001, 0.002
 N_SEEN = 2 * TUBE_POINTS + SAC_POINTS  # points of tubes and sac
 WAVES_M = 0.008, 0.004, 0.002  # resolve differences of a tenth of a millimetre
 FORCE_N, TOUCH_N = 2.0, 0.2
-CLIPS_A_TUBE = 4  # one more than there should be
+CLIPS_A_TUBE = 4  # one clip more than a tube should have
 SITS_WITHIN_M = 0.003  # of the centreline; the tubes are 4 to 8 mm apart or more, assumed
-SLACK = 0.02  # scale of what a tube's chord over its length lacks to `TAUT_MIN`
-TRACTION_N, PINCH_N = 0.1, 0.3  # scales of what a grasp lacks to pull, and to hold
-GAP_M = 0.002  # scale of what lacks between tubes that are to be spread
+SLACK = 0.02  # scale of the difference of a tube's chord over its length to `TAUT_MIN`
+TRACTION_N, PINCH_N = 0.1, 0.3  # scales of a grasp's lack of traction, and of pinch
+GAP_M = 0.002  # scale of the gap's difference to `SPREAD_MIN_M`
 
 
 class Sitting(NamedTuple):
     """The clips on a tube, in their order along it.
 
     Attributes:
-        places_m: (B, `CLIPS_A_TUBE`, 3) of the first of them.
-        stations_m: (B, `CLIPS_A_TUBE`) from the tube's fixed end, at rest.
-        there: (B, `CLIPS_A_TUBE`) 1 where there is a clip; 0 where the other values mean nothing.
+        places_m: (B, `CLIPS_A_TUBE`, 3) places of the first clips.
+        stations_m: (B, `CLIPS_A_TUBE`) stations from the tube's fixed end, at rest.
+        there: (B, `CLIPS_A_TUBE`) 1 for a clip; 0 where the other values mean nothing.
     """
 
     places_m: Tensor
@@ -40,11 +40,12 @@ class Sitting(NamedTuple):
 
 
 class Foot(NamedTuple):
-    """Where points are nearest to a tube.
+    """The places on a tube that are nearest to points.
 
     Attributes:
-        share: (B, m) of the tube's length at rest, 0 to 1: the points are evenly spaced at rest.
-        distance_m: (B, m) from the tube's centreline.
+        share: (B, m) share of the tube's length at rest, 0 to 1; the tube's points are evenly
+            spaced at rest.
+        distance_m: (B, m) distance from the tube's centreline.
     """
 
     share: Tensor
@@ -58,9 +59,10 @@ def tissue_features(now: dict[str, Tensor]) -> list[Tensor]:
         now: parts of `Observation.vector()`, batched (B, ...).
 
     Returns:
-        Features (B, ...): offsets from each tip in the endoscope's frame, the same in the tool's
-        frame, coarse and fine, which clips exist, `along_tube` for both tubes, how uncertain and
-        hidden the points of tubes and sac are, and how wide and long the tubes.
+        Features (B, ...), in this order. Offsets from each tip in the endoscope's frame. The same
+            offsets in the tool's frame, coarse and fine. Which clips exist. `along_tube` for both
+            tubes. Standard deviations and hidden marks of the points of tubes and sac. Radii and
+            lengths of the tubes.
     """
     tubes = [now["left_tube_m"], now["right_tube_m"]]
     closed = closed_clips(now)
@@ -89,9 +91,10 @@ def tissue_features(now: dict[str, Tensor]) -> list[Tensor]:
 
 
 def grasp_features(now: dict[str, Tensor]) -> list[Tensor]:
-    """Return (B, n) what the grasp lacks: straight tubes, a gap between them, a pull, a pinch.
+    """Return (B, n) distances of the grasp from the judge's thresholds.
 
-    Each feature is zero where the judge's threshold is just met.
+    The features are the tubes' straightness, the gap between tubes, the traction and the pinch.
+    Each feature is zero exactly at the threshold.
     """
     tubes = torch.stack([now["left_tube_m"], now["right_tube_m"]], dim=1)  # (B, 2, n, 3)
     chord_m = (tubes[:, :, -1] - tubes[:, :, 0]).norm(dim=-1)
@@ -114,9 +117,9 @@ def gap_m(now: dict[str, Tensor]) -> Tensor:
 
 
 def duct_is_left(now: dict[str, Tensor]) -> Tensor:
-    """Return (B,) whether the left tube is the duct: its upper end is nearer to the neck.
+    """Return (B,) whether the left tube is the duct, whose upper end is nearer to the neck.
 
-    The duct continues the gallbladder's neck and the artery enters its wall beside it.
+    The duct continues the gallbladder's neck, and the artery enters the wall beside the neck.
     """
     neck_m = now["sac_m"][:, 0]
     left_m, right_m = (
@@ -135,8 +138,8 @@ def clips_along(tube_m: Tensor, length_m: Tensor, clips_m: Tensor, closed: Tenso
     """Find the clips on a tube, in their order along it.
 
     Args:
-        tube_m: (B, n, 3) points of its centreline.
-        length_m: (B, 1) at rest.
+        tube_m: (B, n, 3) points of the tube's centreline.
+        length_m: (B, 1) length of the tube at rest.
         clips_m: (B, m, 3) all clips.
         closed: (B, m) 1 where there is a clip, else 0.
     """
@@ -153,12 +156,13 @@ def clips_along(tube_m: Tensor, length_m: Tensor, clips_m: Tensor, closed: Tenso
 
 
 def along_tube(tube_m: Tensor, length_m: Tensor, clips: Sitting, tip_m: Tensor) -> Tensor:
-    """Return how far a tip (B, 1, 3) is from the tube's ends and its clips, coarse and fine.
+    """Return distances of a tip (B, 1, 3) from the tube's ends and its clips, coarse and fine.
 
-    All are lengths of the tube at rest, as the judge measures them.
+    All distances are lengths of the tube at rest, as the judge measures them.
 
-    The fine features are waves, as a network is insensitive to small differences in a number of
-    order one (Tancik et al., "Fourier features let networks learn high frequency functions", 2020).
+    The fine features are waves, because a network is insensitive to small differences in a number
+    of order one. Source: Tancik et al., "Fourier features let networks learn high frequency
+    functions", 2020.
     """
     station_m = foot(tube_m, tip_m).share * length_m
     apart_m = torch.cat([station_m, length_m - station_m, station_m - clips.stations_m], dim=1)
@@ -170,7 +174,7 @@ def along_tube(tube_m: Tensor, length_m: Tensor, clips: Sitting, tip_m: Tensor) 
 
 
 def foot(tube_m: Tensor, points_m: Tensor) -> Foot:
-    """Return the feet of points (B, m, 3) on tubes (B, n, 3)."""
+    """Return the places on tubes (B, n, 3) that are nearest to points (B, m, 3)."""
     begin, along = tube_m[:, None, :-1], (tube_m[:, 1:] - tube_m[:, :-1])[:, None]  # (B, 1, n-1, 3)
     off = points_m[:, :, None] - begin  # (B, m, n-1, 3)
     share = ((off * along).sum(-1) / along.square().sum(-1).clamp(min=1e-12)).clamp(0.0, 1.0)

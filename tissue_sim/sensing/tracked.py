@@ -1,4 +1,4 @@
-"""The sense `tracked`: what cameras and encoders might tell, without a picture. It is a model."""
+"""Implement the sense `tracked`, a model of cameras and encoders without a picture."""
 
 from __future__ import annotations
 
@@ -9,6 +9,7 @@ import numpy as np
 from tissue_sim.field import Field
 from tissue_sim.sensing.observation import Observation, observation_of
 from tissue_sim.sensing.occlusion import Occlusion
+from tissue_sim.sensing.sense import SenseSetup
 from tissue_sim.sensing.sensor_model import SensorModel
 from tissue_sim.sensing.tracker import Tracker
 
@@ -17,14 +18,14 @@ LOOK_STEPS = 3  # control steps for which hidden points stay hidden
 
 
 class SenseTracked:
-    """Tells the exact state through a sensor model; what instruments and tissue hide is hidden."""
+    """Passes the exact state through a sensor model; instruments and tissue hide points."""
 
     def __init__(self, seed: int, model: SensorModel = USUAL) -> None:
         self._tracker = Tracker(model, np.random.default_rng([0x5E45E, seed]))
         self._occluded = Occluded()
 
     def observe(self, world: Field, exact: Observation) -> Observation:
-        """Return what is sensed now; `exact` is the field's exact state now."""
+        """Return the current sensor values; `exact` is the field's current exact state."""
         exact = self._occluded.observe(world, exact)
         sensed = observation_of(self._tracker.track(exact.vector()), exact.time_s)
         return replace(
@@ -34,8 +35,13 @@ class SenseTracked:
         )
 
 
+def make(setup: SenseSetup) -> SenseTracked:
+    """Return the sense of an episode."""
+    return SenseTracked(setup.seed, setup.model)
+
+
 class Occluded:
-    """Observes the exact state, and which points no camera sees."""
+    """Returns the exact state with the points that no camera observes."""
 
     def __init__(self) -> None:
         self._occlusion, self._n = Occlusion(), 0

@@ -1,7 +1,7 @@
-"""The exact observation with the errors of a sensor model: correlated, late, sometimes missing.
+"""Add the errors of a sensor model to exact observations: correlated, late, sometimes missing.
 
-It works on `Observation.vector()`, so that recorded exact states can be observed again, with other
-errors, when policies are trained.
+The tracker works on `Observation.vector()`, so that training can observe recorded exact states
+again with other errors.
 """
 
 from __future__ import annotations
@@ -35,10 +35,10 @@ LINES = tuple(slice(*ends) for ends in pairwise(_STARTS))  # without the clips
 
 
 class Tracker:
-    """Tracks one patient: call it once in each control step.
+    """Tracks one patient: call `track` once in each control step.
 
     Attributes:
-        model: the sizes of its errors.
+        model: sizes of the tracker's errors.
     """
 
     def __init__(self, model: SensorModel, rng: np.random.Generator) -> None:
@@ -62,7 +62,7 @@ class Tracker:
         self._n = 0
 
     def track(self, exact: Floats) -> Floats:
-        """Return the vector (`VECTOR_SIZE`,) that is sensed, from the exact one."""
+        """Return the sensed vector (`VECTOR_SIZE`,), from the exact vector."""
         self._past.append(exact)
         if self._n % max(round(self.model.look_s / CONTROL_PERIOD_S), 1) == 0:
             self._look(self._past[0])
@@ -89,7 +89,7 @@ class Tracker:
         parts["third_tube"][0] = abs(parts["third_tube"][0] - self._third)
 
     def _creep_m(self) -> Array:
-        """Return by how much a point's place is more uncertain since it was seen."""
+        """Return the growth of each point's uncertainty since its last observation."""
         return np.minimum(self.model.creep_m_s * self._age_s, self.model.creep_most_m)
 
     def _tell_tools(self, seen: Floats) -> None:
@@ -113,7 +113,7 @@ class Tracker:
         parts["rest_length_std_m"][:] = self._lengths.std_m
 
     def _look(self, shown: Floats) -> None:
-        """Take one look, which shows this vector."""
+        """Take one look at this vector."""
         model, parts = self.model, fields(shown)
         exact_m = shown[POINTS_BEGIN:POINTS_END].reshape(N_POINTS, 3).astype(float)
         error_m = self._errors_m(exact_m, parts["tips_endoscope"][RIGHT_ARM, :, 3])
@@ -124,7 +124,7 @@ class Tracker:
             self._severed_now, self._unseen = np.zeros(2, bool), unseen
             return
         n_clips = int(parts["n_clips"][0])
-        unseen[N_LINE + self._clips : N_LINE + n_clips] = False  # the applier's closing tells
+        unseen[N_LINE + self._clips : N_LINE + n_clips] = False  # the applier locates them
         self._clips, self._unseen = n_clips, unseen
         moved_m = np.where(unseen[:, None], 0.0, exact_m + error_m - self._at_m)
         self._at_m = self._at_m + moved_m[_nearest_seen(unseen)]
@@ -166,7 +166,7 @@ class Tracker:
         return shift_m
 
     def _dropped(self) -> NDArray[np.bool_]:
-        """Return which points are not found in this look; dropouts last for a while."""
+        """Return which points are not found in this look; dropouts last for several looks."""
         model, chance = self.model, self._rng.random(N_POINTS)
         found_again = min(model.look_s / model.dropout_s, 1.0)
         lost = found_again * model.dropout / max(1.0 - model.dropout, 1e-9)
@@ -174,12 +174,12 @@ class Tracker:
         return self._lost
 
     def _lines(self, size_m: float) -> Array:
-        """Draw errors (`N_POINTS`, 3) that neighbours on a line share; none for clips."""
+        """Draw errors (`N_POINTS`, 3), correlated between neighbours on a line; none for clips."""
         drawn = _factor() @ self._rng.standard_normal((N_LINE, 3))
         return np.concatenate([size_m * drawn, np.zeros((MAX_CLIPS, 3))])
 
 
-STRONGEST = 1.5  # of the usual errors, when policies are trained; assumed
+STRONGEST = 1.5  # strength of errors over the usual errors, in training of policies; assumed
 
 
 def sensed_again(exact: Floats, rng: np.random.Generator) -> Floats:
@@ -200,7 +200,7 @@ def _factor() -> Array:
 
 
 def _nearest_seen(unseen: NDArray[np.bool_]) -> NDArray[np.intp]:
-    """Return for each point the nearest seen one of its line, itself if there is none."""
+    """Return for each point the nearest observed point of its line, or itself if there is none."""
     nearest = np.arange(N_POINTS)
     for line in LINES:
         k = np.arange(line.start, line.stop)

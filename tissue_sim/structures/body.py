@@ -1,4 +1,4 @@
-"""The body that holds the organ and moves it with the breath."""
+"""Model the body that holds the organ and moves it with the breath."""
 
 from __future__ import annotations
 
@@ -21,9 +21,9 @@ class Body:
     """The body: fixed ends of the tubes, the liver and its bed, the strands of bed and ligament.
 
     Attributes:
-        offset_m: (3,) from the anatomical place, world frame.
+        offset_m: (3,) offset from the anatomical place, world frame.
         target_m: (3,) offset at the end of the next control step.
-        velocity_m_s: (3,) of the last control step.
+        velocity_m_s: (3,) velocity in the last control step.
     """
 
     def __init__(self, scene: sapien.Scene, tissue: Tissue, organ: Organ) -> None:
@@ -38,7 +38,7 @@ class Body:
         self.offset_m, self.target_m, self.velocity_m_s = np.zeros((3, 3))
 
     def begin_step(self, duration_s: float) -> bool:
-        """Set a steady velocity from offset to target; return False if it is and was at rest."""
+        """Set a steady velocity from offset to target; return False if it is and was zero."""
         was_moving = self.velocity_m_s.any()
         self.velocity_m_s = (self.target_m - self.offset_m) / duration_s
         return bool(was_moving or self.velocity_m_s.any())

@@ -1,4 +1,4 @@
-"""The gallbladder's wall, patch by patch: where it is torn or cut, and the area of its holes."""
+"""Model the gallbladder's wall, patch by patch: torn or cut patches, and the area of holes."""
 
 from __future__ import annotations
 
@@ -14,12 +14,12 @@ from tissue_sim.patient.walls import SAC, n_patches, patch_corners, wall_pieces
 from tissue_sim.structures.surface import distances_to_triangles, encloses
 from tissue_sim.structures.tubes import MEETING_HALF_GAP_M
 
-ENTRY_SAMPLES = 41  # places along a tool at which its entry into the wall is looked for
+ENTRY_SAMPLES = 41  # places along a tool that are tested for its entry into the wall
 BLADE_SAMPLES = 9  # sample points on the blades' trace across a patch
 
 
 class Sac:
-    """The gallbladder of one environment. It has no state: the tissue says which elements live."""
+    """The gallbladder of one environment, without own state: the tissue stores living elements."""
 
     def __init__(self, tissue: Tissue, organ: Organ, b: int = 0) -> None:
         self.tissue, self.b = tissue, b
@@ -42,7 +42,7 @@ class Sac:
         return np.flatnonzero(alive == 0).astype(np.int32)
 
     def hole_m2(self) -> float:
-        """Return the area of the holes: of the open patches' inner sides, as they are now."""
+        """Return the current area of the holes: the area of the open patches' inner sides."""
         inner = self.tissue.positions(self.b)[self._corners[self.open_patches(), 0]]
         return float(_areas(inner.astype(float)).sum())
 
@@ -54,10 +54,10 @@ class Sac:
     def depth_m(self, points_m: Array) -> float:
         """Return how deep the deepest of points (n, 3) lies below the outer surface; 0 outside.
 
-        World frame. The surface is the whole one: holes do not count as outside.
+        World frame. The surface is the whole surface: holes do not count as outside.
         """
         x = self.tissue.positions(self.b)
-        outer = np.ascontiguousarray(x.take(self._outer, axis=0).T)  # by axis: fast to reduce
+        outer = np.ascontiguousarray(x.take(self._outer, axis=0).T)  # row per axis: fast to reduce
         near = ((points_m > outer.min(axis=1)) & (points_m < outer.max(axis=1))).all(axis=1)
         if not near.any():
             return 0.0
@@ -97,7 +97,7 @@ class Sac:
 
         Args:
             T_world_tool: (4, 4) pose of the tool; its jaws meet in the plane x = 0.
-            reach_m: length, back from the tip, over which they cut.
+            reach_m: Length, back from the tip, over which the blades cut.
         """
         outer = self.tissue.positions(self.b)[self._corners[:, 1]].astype(float)
         start, end, crossed = _trace(transform(inverse_pose(T_world_tool), outer))
@@ -116,7 +116,7 @@ def _trace(quads: Array) -> tuple[Array, Array, Array]:
     """
     ahead = np.roll(quads, -1, axis=1)
     x, x_ahead = quads[..., 0], ahead[..., 0]
-    through = (x <= 0.0) != (x_ahead <= 0.0)  # of the four sides: two, four or none
+    through = (x <= 0.0) != (x_ahead <= 0.0)  # of the four sides, two, four or none
     share = np.where(through, x / np.where(through, x - x_ahead, 1.0), 0.0)
     points = quads + share[..., None] * (ahead - quads)
     each = np.arange(len(quads))

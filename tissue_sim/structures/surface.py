@@ -1,4 +1,4 @@
-"""A closed surface of triangles: does it enclose a point, and how far is the point from it?"""
+"""Does a closed surface of triangles enclose a point, and how far is the point from it?"""
 
 from __future__ import annotations
 
@@ -9,10 +9,10 @@ from tissue_sim.frames import Array
 
 
 def encloses(triangles: Array, points: Array) -> NDArray[np.bool_]:
-    """Tell which points (n_point, 3) a closed surface (n, 3, 3), oriented outward, encloses.
+    """Return which points (n_point, 3) a closed surface (n, 3, 3), oriented outward, encloses.
 
-    The solid angles of its triangles, as seen from the point, sum to 4 pi inside and to 0 outside
-    (van Oosterom and Strackee, "The solid angle of a plane triangle", 1983).
+    The solid angles of its triangles at a point sum to 4 pi inside and to 0 outside. Source: van
+    Oosterom and Strackee, "The solid angle of a plane triangle", 1983.
     """
     a, b, c = np.moveaxis(triangles - points[:, None, None], 2, 0)
     la, lb, lc = (np.sqrt(_dot(corner, corner)) for corner in (a, b, c))

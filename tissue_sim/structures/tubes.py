@@ -1,4 +1,4 @@
-"""All that is hollow, in the surgeon's terms: a line of rings with stations, lumen and stumps."""
+"""Model all hollow structures in surgical terms: lines of rings with stations, lumen and stumps."""
 
 from __future__ import annotations
 
@@ -14,11 +14,11 @@ from tissue_sim.patient.mesher import Indices
 from tissue_sim.patient.organ import PARTS, Organ
 
 MEETING_HALF_GAP_M = 0.0016  # assumed: jaws this close to their middle plane meet
-# A tube lies between closing jaws if its centreline is nearer than this to their middle plane. A
+# A tube lies between closing jaws if its centreline is closer than this to their middle plane. A
 # tube outside the jaws is farther away: by a finger (2 mm thick) and half the tube.
 BETWEEN_HALF_GAP_M = 0.0025
-TIP_EDGE_M = 2.0e-4  # assumed: closed jaws also hold what lies this far beyond their tip
-STRETCHED_SEGMENTS = 3  # assumed: a stretch is averaged over so many segments, 5 mm
+TIP_EDGE_M = 2.0e-4  # assumed: closed jaws also hold tissue up to this distance beyond their tip
+STRETCHED_SEGMENTS = 3  # assumed: a stretch is averaged over this number of segments, 5 mm
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -26,10 +26,10 @@ class Crossing:
     """The point where a tube crosses the plane of an instrument's jaws.
 
     Attributes:
-        station_m: distance along the tube at rest, from its fixed end.
-        ring: the nearest ring.
-        tilt_rad: between the tube and the normal of the jaws' plane, 0 to pi/2.
-        point_m: in the tool frame.
+        station_m: Distance along the tube at rest, from its fixed end.
+        ring: The nearest ring.
+        tilt_rad: Angle between the tube and the normal of the jaws' plane, 0 to pi/2.
+        point_m: Position in the tool frame.
     """
 
     tube: str
@@ -42,7 +42,7 @@ class Crossing:
 class Tubes:
     """The hollow structures of one environment: the cystic tubes, and the trunks at risk.
 
-    `above` holds the vertices of a severed ring's upper side.
+    `above` contains the vertices of a severed ring's upper side.
     """
 
     def __init__(self, tissue: Tissue, organ: Organ, b: int = 0) -> None:
@@ -71,7 +71,7 @@ class Tubes:
         self._centre = self._section[:, 0].copy()
         shift = np.roll(np.eye(n), 1, axis=1)  # x @ shift @ x.T sums x_k x_(k+1)
         self._next = shift - shift.T
-        self._vertices: dict[str, tuple[bytes, Indices]] = {}  # by the rings above its cuts
+        self._vertices: dict[str, tuple[bytes, Indices]] = {}  # by the rings above a tube's cuts
         self._tube_tets = {
             tube: np.flatnonzero(organ.region // 2 == PARTS.index(tube)) for tube in organ.hollow
         }
@@ -84,8 +84,9 @@ class Tubes:
     def stretches(self) -> dict[str, float]:
         """Return the largest stretch of each tube's centreline, for tubes that are not severed.
 
-        It is averaged over a few segments, as jaws also move single rings. Segments under clips are
-        left out: what a clip squeezes out lengthens them by up to a half, without any pull.
+        The stretch is averaged over a few segments, because jaws also move single rings. Segments
+        under clips are left out: tissue squeezed out by a clip lengthens them by up to a half,
+        without any pull.
         """
         centres = self.tissue.positions(self.b).take(self._centre, axis=0).astype(np.float64)
         steps = centres[1:] - centres[:-1]
@@ -107,7 +108,7 @@ class Tubes:
         return found
 
     def torn_share(self, trunk: str) -> float:
-        """Return the share of a trunk's branch that is torn off it, 0 to 1."""
+        """Return the torn share of the joint between a trunk and its branch, 0 to 1."""
         rows = self.root_rows.get(trunk, ())
         torn = self.tissue.host("tie_stiffness")[self.b, rows] == 0.0
         return float(torn.mean()) if len(torn) else 0.0
@@ -168,7 +169,7 @@ class Tubes:
         return self.stations_m[tube][self.severed_rings(tube)]
 
     def lumen_fraction_at(self, tube: str, ring: int, station_m: float) -> float:
-        """Return a ring's area of the lumen over that at rest, on the stump at a station."""
+        """Return the area of a ring's lumen over the area at rest, on the stump at a station."""
         rings = self.above if self.stations_m[tube][ring] < station_m else self.below
         corners = self.tissue.positions(self.b)[rings[tube][ring, self._inner]].astype(np.float64)
         turn = corners.T @ self._next @ corners  # twice the area's vector, as a skew matrix
@@ -194,10 +195,10 @@ class Tubes:
         """Return where the tube crosses the plane x = 0 between an instrument's jaws.
 
         Args:
-            tube: its name.
+            tube: Name of the tube.
             T_world_tool: (4, 4) pose of the tool.
-            reach_m: length, back from the tip, over which the jaws act.
-            half_gap_m: largest distance from the jaws' middle plane; the default is for closing
+            reach_m: Length, back from the tip, over which the jaws act.
+            half_gap_m: Largest distance from the jaws' middle plane. The default is for closing
                 jaws.
         """
         centres = transform(inverse_pose(T_world_tool), self.centres(tube))
@@ -239,13 +240,13 @@ class Tubes:
         width_m: float,
         half_gap_m: float = MEETING_HALF_GAP_M,
     ) -> bool:
-        """Tell whether part of the gallbladder lies where the closing jaws meet.
+        """Return whether part of the gallbladder lies where the closing jaws meet.
 
         Args:
             T_world_tool: (4, 4) pose of the tool.
-            reach_m: length, back from the tip, over which the jaws act.
-            width_m: width of the jaws, along x.
-            half_gap_m: largest distance from the jaws' middle plane.
+            reach_m: Length, back from the tip, over which the jaws act.
+            width_m: Width of the jaws, along x.
+            half_gap_m: Largest distance from the jaws' middle plane.
         """
         sac = self.tissue.positions(self.b)[self.organ.sac_rings.ravel()].astype(float)
         x, y, z = transform(inverse_pose(T_world_tool), sac).T
@@ -266,12 +267,12 @@ class Tubes:
         self.stations_m[tube][ring] = station_m
 
     def severed_rings(self, tube: str) -> Indices:
-        """Return the rings whose two sides share no vertex any more."""
+        """Return the rings whose two sides share no vertex."""
         apart = (self.above[tube] != self.below[tube]).all(axis=1)
         return np.flatnonzero(apart).astype(np.int32)
 
     def in_two_parts(self, tube: str) -> bool:
-        """Tell whether no element joins the fixed end to the sac's end any more."""
+        """Return whether no element joins the fixed end to the sac's end."""
         tets = self.tissue.tets(self.b)[self._tube_tets[tube]]
         label = components(self.tissue.n_vertex(self.b), tets)
         return label[self.below[tube][0, 0]] != label[self.above[tube][-1, 0]]
@@ -287,7 +288,7 @@ class Tubes:
 
 
 def _largest_share(now_m: Array, rest_m: Array) -> float:
-    """Return the largest of now over rest, each averaged over neighbouring segments (n,)."""
+    """Return the largest ratio of now to rest, each averaged over neighbouring segments (n,)."""
     if not len(now_m):
         return 1.0
     window = np.ones(min(STRETCHED_SEGMENTS, len(now_m)))

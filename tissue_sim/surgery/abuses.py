@@ -1,4 +1,4 @@
-"""Rough handling that tears nothing at once: crush, stretch, blunt force, stabs, and stray clips.
+"""Which rough handling tears nothing at once? Crush, stretch, blunt force, stabs, stray clips.
 
 Nothing here acts: every quantity is read from the field, as in `injuries`.
 """
@@ -31,8 +31,8 @@ def readings(field: Field, r: Record, stab_m: float) -> Iterator[LimitReading]:
     """Yield every quantity of this file that can exceed its limit in any step.
 
     Args:
-        field: after the step.
-        r: its new record.
+        field: the field after the step.
+        r: the field's new record.
         stab_m: `stab_m(field)` in this step.
     """
     yield from crushed(field, r)
@@ -47,9 +47,9 @@ def readings(field: Field, r: Record, stab_m: float) -> Iterator[LimitReading]:
 def crushed(field: Field, r: Record) -> Iterator[LimitReading]:
     """Yield the pinch on each tube between the two fingers of a tool, N.
 
-    An applier that closes its clip crushes the tube, which is what clips are for: it counts only
-    without a clip, and after it has let go of the one that it closed. Scissors cut what is between
-    them.
+    An applier that closes its clip crushes the tube on purpose. The applier's pinch therefore
+    counts only without a clip, and after it has released its closed clip. Scissors cut the tissue
+    between their blades, so their pinch does not count.
     """
     pinching = _pinching(field, r)
     for tube in field.organ.hollow:
@@ -88,7 +88,7 @@ def _pinching(field: Field, r: Record) -> list[tuple[int, tuple[int, int]]]:
 
 
 def _pinch_n(field: Field, tube: str, arm: int, fingers: tuple[int, int]) -> float:
-    """Return the force with which each finger presses a tube from its side; 0 if one does not."""
+    """Return the smaller force of both fingers on a tube, inward; 0 if one does not press."""
     vertices = field.tubes.vertices(tube)
     touching = field.tissue.host("contact_shape")[0, vertices]
     if not all((touching == finger).any() for finger in fingers):
@@ -98,11 +98,11 @@ def _pinch_n(field: Field, tube: str, arm: int, fingers: tuple[int, int]) -> flo
 
 
 def _blunt_n(field: Field) -> float:
-    """Return the force between the right instrument, as a whole, and the tissue, N."""
+    """Return the total force between the right instrument and the tissue, N."""
     return float(np.linalg.norm(field.tool_forces_n()[RIGHT_ARM]))
 
 
 def stab_m(field: Field) -> float:
-    """Return how deep the deepest place of the right fingers is in the gallbladder, m."""
+    """Return the depth of the right fingers' deepest place in the gallbladder, m."""
     near, far = (ends[list(RIGHT_FINGERS)].astype(float) for ends in field.tissue.tool_axes())
     return field.sac.depth_m(np.concatenate([near + s * (far - near) for s in FINGER_PLACES]))

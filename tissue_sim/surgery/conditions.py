@@ -1,4 +1,4 @@
-"""The conditions of the field that may change during an operation, apart from the instruments."""
+"""Define the conditions of the field that may change during an operation, except instruments."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Scissors: sever the faces between the blades, so that the tube separates into two parts."""
+"""Cut with scissors: sever the faces between the blades, so that the tube separates in two."""
 
 from __future__ import annotations
 

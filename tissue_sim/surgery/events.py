@@ -1,4 +1,4 @@
-"""What a control step does to the tissue: clips latch, blades cut, walls tear, wounds leak."""
+"""What does a control step do to the tissue? Clips latch, blades cut, walls tear, wounds leak."""
 
 from __future__ import annotations
 
@@ -23,21 +23,21 @@ from tissue_sim.surgery.tear import Load, tear, worst_load
 from tissue_sim.thresholds import PIERCED_M, SAC_MAX_STRETCH
 from tissue_sim.tools.arms import LEFT_ARM, RIGHT_ARM
 
-JAWS_OPEN_RAD = 0.25  # assumed: a tool must have opened so far before it closes on something
-CLOSING = {  # how far back from the tip a tool acts, and the jaws' distance there when it does
+JAWS_OPEN_RAD = 0.25  # assumed: opening of a tool that must precede its closing on tissue
+CLOSING = {  # length from the tip over which a tool acts, and the jaws' distance there as it acts
     "clip_applier": (CLIP_LENGTH_M, LATCH_GAP_M),
     "scissors": (BLADE_LENGTH_M, SHEAR_GAP_M),
 }
 
 
 def record_step(field: Field, step_s: float, beyond_rad: float, intended: str | None) -> Record:
-    """Let a control step's events happen to the tissue, and return the record after it.
+    """Apply a control step's events to the tissue, and return the record after the step.
 
     Args:
-        field: its tools and tissue have just moved.
-        step_s: how long the step was.
-        beyond_rad: how far the command exceeded the joints' limits, rad (insertion: m).
-        intended: the structure meant; None for the one nearest to the jaws.
+        field: The field, whose tools and tissue have just moved.
+        step_s: Duration of the step.
+        beyond_rad: Excess of the command over the joints' limits, rad (insertion: m).
+        intended: The intended structure; None for the structure nearest to the jaws.
     """
     r = field.record
     time_s = r.time_s + step_s
@@ -154,7 +154,10 @@ def _tear(field: Field, r: Record, loads: Sequence[Load], time_s: float) -> Reco
 
 
 def _clips_beside_tools(field: Field, clips: Sequence[Clip], step_s: float) -> tuple[Clip, ...]:
-    """Return the clips as instruments and gravity have left them: out of the jaws, pushed aside."""
+    """Return the clips after instruments and gravity have moved them.
+
+    A clip may leave the jaws, be pushed aside, or fall.
+    """
     shapes = field.arms.contact_shapes()
     now = [leave_jaws(field.tubes, clip, shapes) for clip in clips]
     now = [push_aside(clip, shapes) if clip.lost else clip for clip in now]
@@ -162,12 +165,12 @@ def _clips_beside_tools(field: Field, clips: Sequence[Clip], step_s: float) -> t
 
 
 def _part_clips(field: Field, r: Record) -> Record:
-    """Leave what was severed under a clip's legs with its own stump."""
+    """Leave severed tissue under a clip's legs with its own stump."""
     return replace(r, clips=tuple(update_after_cut(field.tubes, clip) for clip in r.clips))
 
 
 def _pull(field: Field, r: Record, pull: Pull, step_s: float, monitor: InjuryMonitor) -> Record:
-    """Move the clip that is pulled at."""
+    """Move the pulled clip."""
     k = pull.number - 1
     before = r.clips[k]
     clip = apply_pull(field.tubes, before, pull, step_s)
@@ -180,7 +183,7 @@ def _pull(field: Field, r: Record, pull: Pull, step_s: float, monitor: InjuryMon
 
 
 def _leak(field: Field, r: Record, step_s: float) -> Record:
-    """Find what leaks now, and add up how much."""
+    """Find the current leaks, and add up the lost volume."""
     fullness = max(1.0 - r.drained_m3 / field.sac.contents_m3, 0.0)
     leaking = leaks(field.tubes, r.clips, r.openings, fullness=fullness)
     leaking += hole_leak(field.sac, fullness=fullness)

@@ -1,7 +1,7 @@
-"""Compute how fast a fluid runs out of an opening under pressure. Pure functions.
+"""Compute how fast a fluid runs out of an opening under pressure. All functions are pure.
 
-Two losses add up along the path: viscous friction in each stretch of tube (Poiseuille), and the
-jet's kinetic energy at the narrowest section (the orifice law):
+Two losses add up along the path. One is viscous friction in each stretch of tube (Poiseuille). The
+other is the jet's kinetic energy at the narrowest section (the orifice law):
 
     p = Q sum_i 8 pi mu L_i / A_i^2 + Q^2 rho / (2 (C A_min)^2)
 """

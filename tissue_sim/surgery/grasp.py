@@ -1,4 +1,4 @@
-"""The grasper's hold on the gallbladder, from contact: held vertices, pinch and start time."""
+"""Follow the grasper's hold on the gallbladder, from contact: vertices, pinch and start time."""
 
 from __future__ import annotations
 
@@ -23,12 +23,12 @@ class Grasp:
     """A hold of tissue between both jaws of the left arm.
 
     Attributes:
-        vertices: held sac vertices; empty unless both jaws hold tissue.
-        place_tool_m: (n, 3), the place of each in the tool frame when the jaws caught it.
-        since_s: start of the hold; a slip starts it again.
-        slip_m: distance that the tissue has moved in the jaws since then.
-        pinch_n: normal force between jaws and tissue, the smaller of the two jaws.
-        traction_n: net force of the tissue on the jaws.
+        vertices: Held sac vertices; empty unless both jaws hold tissue.
+        place_tool_m: (n, 3), place of each vertex in the tool frame when the jaws caught it.
+        since_s: Start time of the hold; a slip restarts it.
+        slip_m: Distance that the tissue has moved in the jaws since the start.
+        pinch_n: Normal force between jaws and tissue, the smaller of the two jaws.
+        traction_n: Net force of the tissue on the jaws.
     """
 
     vertices: tuple[int, ...] = ()
@@ -42,7 +42,7 @@ class Grasp:
 def follow_grasp(
     before: Grasp, tissue: Tissue, organ: Organ, T_world_tool: Array, time_s: float, b: int = 0
 ) -> Grasp:
-    """Return the grasp now, given the grasp one control step ago."""
+    """Return the current grasp, from the grasp one control step ago."""
     sac = organ.sac_rings[:INFUNDIBULUM_RINGS].ravel()
     touching = tissue.host("contact_shape")[b][sac]
     held = [sac[touching == finger] for finger in LEFT_FINGERS]

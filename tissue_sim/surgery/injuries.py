@@ -1,4 +1,4 @@
-"""What has gone wrong: every quantity that has a limit, read from the field. Nothing here acts."""
+"""What has gone wrong? The file reads every quantity that has a limit, and changes nothing."""
 
 from __future__ import annotations
 
@@ -30,19 +30,20 @@ SECOND_ARTERY = "second artery"  # of `Organ.tubes`
 
 
 def wrongly_clipped(clip: Clip, meant: str) -> Iterator[LimitReading]:
-    """Yield each structure under a new clip that is not the one meant."""
+    """Yield each structure under a new clip that is not the intended structure."""
     wrong = [c.tube for c in clip.crossings if c.tube != meant]
     for name in wrong + ["gallbladder"] * clip.on_sac:
         yield LimitReading(event=f"clip on {name}", value=1, limit=0)
 
 
 def wrongly_cut(cuts: Sequence[Cut], meant: str, opened_m2: float | None) -> Iterator[LimitReading]:
-    """Yield each structure cut that is not the one meant.
+    """Yield each cut structure that is not the intended structure.
 
     Args:
         cuts: tubes that the blades cut.
         meant: the tube to be cut.
-        opened_m2: area of the gallbladder's wall that the blades opened; None if they missed it.
+        opened_m2: area of the gallbladder's wall that the blades opened; None if they missed the
+            wall.
     """
     for name in [c.tube for c in cuts if c.tube != meant]:
         yield LimitReading(event=f"cut on {name}", value=1, limit=0)
@@ -51,7 +52,7 @@ def wrongly_cut(cuts: Sequence[Cut], meant: str, opened_m2: float | None) -> Ite
 
 
 def pulled_loose(before: Clip, clip: Clip) -> Iterator[LimitReading]:
-    """Yield what the test pull did to a clip in this step: it slipped too far, or detached."""
+    """Yield the test pull's effect on a clip in this step: too much slip, or detachment."""
     if clip.slid_m > CLIP_MAX_SLIP_M >= before.slid_m:
         yield LimitReading(event="clip slip", value=clip.slid_m, limit=CLIP_MAX_SLIP_M)
     if clip.lost:
@@ -72,10 +73,10 @@ def other_readings(
     """Yield every other quantity that has a limit.
 
     Args:
-        field: after the step.
-        r: its new record, but for the grasp.
-        grasp: the grasper's hold on the gallbladder now.
-        beyond_rad: how far the command exceeded the joints' limits, rad (insertion: m).
+        field: The field after the step.
+        r: The field's new record, except for the grasp.
+        grasp: The grasper's current hold on the gallbladder.
+        beyond_rad: Excess of the command over the joints' limits, rad (insertion: m).
     """
     rigid = field.arms.contact_forces_n()
     for event, value, limit in (
@@ -103,7 +104,7 @@ def _right_pinch_n(field: Field) -> float:
 def _overlooking_cuts(field: Field, r: Record) -> int:
     """Count the cuts through duct and artery beside a second artery that no clip closes.
 
-    It would tear and bleed when the gallbladder is taken off.
+    The second artery would tear and bleed at the gallbladder's removal.
     """
     if SECOND_ARTERY not in field.organ.tubes:
         return 0

@@ -1,4 +1,4 @@
-"""Injuries, as events with a value and the limit that it exceeds."""
+"""Define injuries as events with a value and the limit that the value exceeds."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from dataclasses import dataclass
 
 @dataclass(frozen=True, kw_only=True)
 class Injury:
-    """Something that must not happen. The event defines the units of value and limit."""
+    """An event that must not happen. The event defines the units of value and limit."""
 
     event: str
     time_s: float
@@ -26,7 +26,7 @@ class LimitReading:
 
     @property
     def demand(self) -> float:
-        """Return the value over its limit; above 1 it is an injury.
+        """Return the value over its limit; a result above 1 is an injury.
 
         Raises:
             ZeroDivisionError: the limit is 0, a quantity without tolerance.
@@ -35,13 +35,13 @@ class LimitReading:
 
 
 class InjuryMonitor:
-    """Turns readings into events: one each time that a quantity newly exceeds its limit.
+    """Turns readings into events, one each time that a quantity newly exceeds its limit.
 
     Attributes:
-        events: the injuries so far.
-        broken: names of the limits that are exceeded now.
-        peaks: for each event, the reading that came nearest to its limit, or went furthest beyond
-            it. An event without tolerance (limit 0) has none.
+        events: The injuries so far.
+        broken: Names of the limits that are currently exceeded.
+        peaks: For each event, the reading that came nearest to its limit, or went furthest beyond
+            it. An event without tolerance (limit 0) has no peak.
     """
 
     def __init__(

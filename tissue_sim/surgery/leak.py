@@ -1,4 +1,4 @@
-"""Bile and blood from stumps that no clip closes, and from holes in gallbladder and trunks."""
+"""Compute leaks of bile and blood from open stumps, and from holes in gallbladder and trunks."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from tissue_sim.surgery.flow import BILE, BLOOD, FlowSegment, Fluid, outflow_m3_
 from tissue_sim.surgery.parting import Opening
 from tissue_sim.thresholds import LUMEN_CLOSED
 
-SIDES = ("body", "gallbladder")  # of a trunk: the two ways it leaves the field
+SIDES = ("body", "gallbladder")  # of a trunk: its two ways out of the field
 HOLE = "hole"  # instead of a side
 FLUIDS: dict[str, Fluid] = {
     "duct": BILE,
@@ -46,10 +46,10 @@ class Leak:
     """A leak and its rate (m^3/s).
 
     Attributes:
-        structure: a tube, or "gallbladder".
-        side: the side of a tube's opening that the fluid comes from; "hole" for the gallbladder,
-            and for a trunk where its branch is torn off.
-        ring: the severed ring of a tube; -1 for a hole.
+        structure: A tube, or "gallbladder".
+        side: Side of a tube's opening from which the fluid comes. "hole" stands for the
+            gallbladder, and for a trunk whose branch is torn off.
+        ring: The severed ring of a tube; -1 for a hole.
     """
 
     structure: str
@@ -59,7 +59,7 @@ class Leak:
 
     @property
     def drains_sac(self) -> bool:
-        """Tell whether the lost fluid is the gallbladder's own bile."""
+        """Return whether the lost fluid is the gallbladder's own bile."""
         return self.structure == "gallbladder" or (self.structure, self.side) == DRAIN
 
 
@@ -71,10 +71,11 @@ def leaks(
     Of several openings in a tube only the outer two leak, one from each side.
 
     Args:
-        tubes: the patient's tubes.
-        clips: all clips, also lost ones.
-        openings: all cuts and tears.
-        fullness: filling of the gallbladder, 0 to 1; assumed: its pressure is proportional to it.
+        tubes: The patient's tubes.
+        clips: All clips, including lost ones.
+        openings: All cuts and tears.
+        fullness: Filling of the gallbladder, 0 to 1. Its pressure is assumed proportional to the
+            filling.
     """
     found = []
     for tube in dict.fromkeys(o.tube for o in openings):
@@ -100,8 +101,8 @@ def hole_leak(sac: Sac, *, fullness: float = 1.0) -> tuple[Leak, ...]:
 def root_leaks(tubes: Tubes, clips: Sequence[Clip], *, fullness: float = 1.0) -> tuple[Leak, ...]:
     """Return the leaks where a branch is torn off its trunk: of the trunk, and of the branch.
 
-    The hole is as wide as the branch's lumen, and as open as the share that is torn. No clip closes
-    it. A clip on the branch closes the branch.
+    The hole is as wide as the branch's lumen, and its open share is the torn share. No clip closes
+    the hole. A clip on the branch closes the branch.
     """
     found = []
     for trunk, branch in BRANCHES.items():

@@ -31,9 +31,9 @@ def part_ring(tubes: Tubes, tube: str, ring: int, given_way: NDArray[np.bool_]) 
     """Split the faces of a ring all of whose vertices have given way, and rewire the tissue.
 
     Args:
-        tubes: the tubes of the tissue.
-        tube: the tube's name.
-        ring: not the fixed ring, and not one within the sac.
+        tubes: The tubes of the tissue.
+        tube: The tube's name.
+        ring: A ring that is neither the fixed ring nor within the sac.
         given_way: (1 + 2 sectors,), whether each vertex of the ring has given way.
 
     Returns:

@@ -1,4 +1,4 @@
-"""The history of the field so far: the part of the world's state that is not in arrays."""
+"""Record the field's history: the part of the world's state that is not in arrays."""
 
 from __future__ import annotations
 
@@ -19,15 +19,15 @@ class Record:
     """The field's history; a new record replaces it after each control step.
 
     Attributes:
-        clip_loaded: the applier holds a clip.
-        jaws_opened: the right jaws have opened since they last closed on something.
-        clips: held, detached and dropped clips, in order.
-        pull: the test pull in progress.
-        leaked_m3: bile and blood lost so far.
-        drained_m3: the gallbladder's share of it.
-        bed_rest_n: force of the gallbladder on the liver bed before the first contact.
-        broken_limits: names of the limits that are exceeded now.
-        peaks: for each event with a limit above 0, the reading nearest to or furthest beyond it.
+        clip_loaded: Whether the applier holds a clip.
+        jaws_opened: Whether the right jaws have opened since they last closed on tissue.
+        clips: Held, detached and dropped clips, in order.
+        pull: The test pull in progress.
+        leaked_m3: Bile and blood lost so far.
+        drained_m3: The gallbladder's share of the lost volume.
+        bed_rest_n: Force of the gallbladder on the liver bed before the first contact.
+        broken_limits: Names of the limits that are currently exceeded.
+        peaks: For each event with a limit above 0, the reading nearest to or furthest beyond it.
     """
 
     time_s: float = 0.0

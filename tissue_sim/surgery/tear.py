@@ -1,7 +1,7 @@
-"""A tube under too much pull tears at its weakest section.
+"""Tear a tube at its weakest section under too strong a pull.
 
-The mesh's walls are thicker and softer than the real ones, so the limit is a force: the real wall's
-ultimate strength times its section.
+The mesh's walls are thicker and softer than the real walls. The limit is therefore a force: the
+real wall's ultimate strength times its section.
 """
 
 from __future__ import annotations
@@ -22,9 +22,9 @@ class Load:
     """The segment of a tube that is nearest to its ultimate strength.
 
     Attributes:
-        segment: its number, that of the ring below it.
-        pull_n: the pull along the tube.
-        holds_n: the pull at which it tears.
+        segment: Number of the segment, which is the number of the ring below it.
+        pull_n: Pull along the tube.
+        holds_n: Pull at which the segment tears.
     """
 
     tube: str
@@ -42,9 +42,9 @@ class Tear(Opening):
 
 
 def worst_load(tubes: Tubes, tube: str) -> Load:
-    """Return the load nearest to a tear, of those that `Tissue.load_walls` found.
+    """Return the load nearest to a tear among the loads that `Tissue.load_walls` found.
 
-    A real pull acts on neighbouring segments too: a load on one segment alone comes from jaws that
+    A real pull acts on neighbouring segments too. A load on one segment alone comes from jaws that
     deform it.
     """
     whole_n = strength_n(tube, tubes.radius_m(tube))
@@ -62,7 +62,7 @@ def worst_load(tubes: Tubes, tube: str) -> Load:
 def tear(tubes: Tubes, load: Load, *, time_s: float) -> Tear | None:
     """Split the tube at the overloaded segment; return None if no ring there can be split.
 
-    A clip holds its rings together: the tube tears beside it.
+    A clip holds its rings together, so the tube tears beside the clip.
     """
     tube, rings = load.tube, tubes.below[load.tube]
     free = _can_part(tubes, tube)

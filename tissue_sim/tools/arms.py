@@ -1,7 +1,8 @@
-"""The two patient-side manipulators on a SAPIEN scene: drives, contact, tool exchange, state.
+"""Simulate both patient-side manipulators in SAPIEN: drives, contact, tool exchange, state.
 
-The left arm (row 0) is PSM2 with the grasper; the right arm (row 1) is PSM1 with the clip applier
-or the scissors. Both tools of the right arm always exist; the unmounted one is parked out of reach.
+The left arm (row 0) is PSM2 with the grasper. The right arm (row 1) is PSM1 with the clip applier
+or the scissors. Both tools of the right arm always exist; the unmounted tool is parked out of
+reach.
 """
 
 from __future__ import annotations
@@ -32,7 +33,7 @@ PARKED_FROM_PORT_M = np.array([0.0, -1.0, 0.0])  # behind the surgeon, out of re
 HOME_JOINTS = np.array([0.0, 0.0, 0.08, 0.0, 0.0, 0.0, 0.35])  # assumed: before the tissue, ajar
 
 SOLVER_ITERATIONS = 15  # assumed
-CONTACT_OFFSET_M = 0.002  # assumed: from here on, the simulator looks for contact
+CONTACT_OFFSET_M = 0.002  # assumed: distance from which the simulator tests for contact
 PARKED_SLEEP_J_KG = 1e-6  # kinetic energy over mass; any positive value works
 FIRST_GROUP_BIT = 28  # one bit per articulation, in collision-group word 2
 
@@ -69,8 +70,9 @@ ARM_DRIVES = (  # assumed: 1 N bends the tip by less than 0.2 mm, a step oversho
 class JointCommand:
     """Joint targets of both arms.
 
-    Columns: outer yaw, outer pitch (rad), insertion (m), roll, wrist pitch, wrist yaw (rad), jaw
-    (rad, total opening; below 0 presses the fingers together, up to the drive's torque).
+    Columns: outer yaw, outer pitch (rad), insertion (m), roll, wrist pitch, wrist yaw, jaw (rad).
+    The jaw column is the total opening. A negative opening presses the fingers together, up to the
+    drive's torque.
     """
 
     joints: Array  # (2, 7), rows left and right arm; read-only
@@ -138,7 +140,7 @@ class _Psm:
         self.drive_targets = np.zeros(8)
 
     def place(self, T_world_rcm: Array, *, in_use: bool) -> None:
-        """Move the whole arm so that its remote centre is at a pose.
+        """Move the whole arm, with its remote centre to a pose.
 
         An arm that is not in use stands still, exactly, and the simulator may skip it.
         """
@@ -159,7 +161,7 @@ class _Psm:
         self.write(split, np.zeros(8))
 
     def write(self, qpos: Numbers, qvel: Numbers) -> None:
-        """Teleport to the simulator's joint positions and velocities (8,)."""
+        """Set the simulator's joint positions and velocities (8,) at once."""
         self.articulation.set_qpos(qpos)
         self.articulation.set_qvel(qvel)
 
@@ -242,8 +244,8 @@ class Arms:
     """Two arms that follow joint targets, react to wrenches, and can be saved and restored whole.
 
     Make the scene with `enable_tgs = False` in the simulator's scene configuration. The TGS
-    solver's velocities are those of its last substep, less than half of the true ones, and a link
-    under a constant wrench seems to move.
+    solver's velocities are those of its last substep, less than half of the true ones. With this
+    solver, a link under a constant wrench seems to move.
     """
 
     def __init__(self, scene: sapien.Scene, *, render: bool) -> None:
@@ -298,7 +300,7 @@ class Arms:
             psm.set_drive_targets(_split_jaw(row))
 
     def set_joints(self, joints: Array) -> None:
-        """Teleport both arms to joints (2, 7), at rest, with the same drive targets."""
+        """Set both arms to joints (2, 7) at once, at rest, with the same drive targets."""
         for psm, row in zip(self._mounted, joints, strict=True):
             psm.set_joints(row)
 
@@ -364,7 +366,7 @@ class Arms:
         }
 
     def restore(self, state: dict[str, NDArray]) -> None:
-        """Restore a state of `state()`, bit for bit."""
+        """Restore a value that `state` returned, bit for bit."""
         tools = list(self._right)
         name = tools[int(np.argmax(state["mounted"][1:]))]
         for psm in self._right.values():
@@ -385,9 +387,9 @@ class Arms:
     def settle(self) -> None:
         """Make positions and velocities the simulator's only memory.
 
-        The simulator keeps link states that differ by a rounding from the result of `set_qpos`.
-        Writing the joints back before each control step and save makes a restored run repeat bit
-        for bit, and makes saving leave the run unchanged.
+        The simulator keeps link states that differ by a rounding from the result of `set_qpos`. The
+        joints are therefore written back before each control step and each save. A restored run
+        then repeats bit for bit, and a save leaves the run unchanged.
         """
         for psm in self._mounted:
             psm.write(psm.articulation.get_qpos(), psm.articulation.get_qvel())

@@ -1,4 +1,4 @@
-"""The size of the clips that the applier is loaded with: medium-large polymer clips."""
+"""Define the size of the applier's clips: medium-large polymer clips."""
 
-CLIP_LENGTH_M = 0.0095  # assumed: of the legs
-CLIP_WIDTH_M = 0.0022  # assumed: along the tube
+CLIP_LENGTH_M = 0.0095  # assumed: length of the legs
+CLIP_WIDTH_M = 0.0022  # assumed: width along the tube

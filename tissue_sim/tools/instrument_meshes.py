@@ -1,8 +1,9 @@
-"""Our own meshes of shaft, wrist and fingers, each in its link frame, coloured, for rendering.
+"""Make Calot's own meshes of shaft, wrist and fingers, in their link frames, for rendering.
 
-Every mesh is swept: a closed section moved along a path, with flat ends. Fingers are modelled in
-tool axes (x pivot, y closing, z forward) for the finger on the +y side; a half turn about z gives
-the other one. The inner faces lie in the plane y = 0, where the fingers meet.
+Every mesh is coloured and swept: a closed section moved along a path, with flat ends. Fingers are
+modelled in tool axes (x pivot, y closing, z forward). The model is the finger on the +y side; half
+a turn about z gives the other finger. The inner faces lie in the plane y = 0, where the fingers
+meet.
 """
 
 from __future__ import annotations

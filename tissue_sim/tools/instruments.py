@@ -1,4 +1,4 @@
-"""The exchangeable instruments of a PSM: wrist and jaw dimensions, and contact surfaces.
+"""Define the exchangeable instruments of a PSM: wrist and jaw dimensions, and contact surfaces.
 
 The numbers come from the tool table of the da Vinci research kit unless marked "assumed".
 """
@@ -22,7 +22,7 @@ PATCH_LINKS = ("shaft", "wrist", "finger_plus", "finger_minus")
 
 @dataclass(frozen=True, kw_only=True)
 class Instrument:
-    """One tool. `jaw` is the TOTAL opening angle: each finger opens by half of it.
+    """One tool. `jaw` is the total opening angle: each finger opens by half of this angle.
 
     A finger pad extends from `finger_start_m` to `yaw_to_tip_m`, both measured from the yaw axis
     along the finger. Its rounded edge (radius: the half thickness) adds to the half width.
@@ -41,7 +41,7 @@ class Instrument:
 
     @property
     def in_words(self) -> str:
-        """Return the name as people say it."""
+        """Return the name in everyday words."""
         return self.name.replace("_", " ")
 
 

@@ -1,8 +1,8 @@
-"""Kinematics of the da Vinci patient-side manipulator (PSM), from its modified DH table.
+"""Compute the kinematics of the da Vinci patient-side manipulator (PSM) from its modified DH table.
 
 The RCM frame is the base frame of the table: origin at the remote centre, shaft along -z at zero.
-The tool frame has its origin at the tip, z forward along the jaws' mid-line, x along the yaw axis
-(about which the fingers open) and y = z x x, the closing direction.
+The tool frame has its origin at the tip. Its z axis points forward along the jaws' mid-line. Its x
+axis is the yaw axis, about which the fingers open. Its y axis is y = z x x, the closing direction.
 
 Source: da Vinci research kit, large needle driver; both wrist joints have an offset of -90 deg, so
 the tool is straight at zero.
@@ -64,7 +64,7 @@ JOINT_NAMES = tuple(row.name for row in DH_TABLE)
 T_YAW_TOOL_AXES = np.array(
     [[0.0, 1.0, 0.0, 0.0], [0.0, 0.0, 1.0, 0.0], [1.0, 0.0, 0.0, 0.0], [0.0, 0.0, 0.0, 1.0]]
 )
-"""Last DH frame to tool axes, at the yaw axis; the tip is `yaw_to_tip_m` ahead."""
+"""Pose of the tool axes in the last DH frame, at the yaw axis; the tip is `yaw_to_tip_m` ahead."""
 
 
 def dh_table(instrument: Instrument) -> tuple[DhRow, ...]:
@@ -98,7 +98,10 @@ def dh_transform(row: DhRow, joint: float = 0.0) -> Array:
 
 
 def joint_frames(joints: Sequence[float] | Array, instrument: Instrument) -> Array:
-    """Return the (6, 4, 4) DH frames in the RCM frame; each turns about or slides along its z."""
+    """Return the (6, 4, 4) DH frames in the RCM frame.
+
+    Each joint turns about or slides along its frame's z.
+    """
     frames, T = [], np.eye(4)
     for row, joint in zip(dh_table(instrument), joints, strict=True):
         T = T @ dh_transform(row, float(joint))
@@ -116,6 +119,6 @@ def T_yaw_tool(instrument: Instrument) -> Array:
 def forward_kinematics(joints: Sequence[float] | Array, instrument: Instrument) -> Array:
     """Return `T_rcm_tool` (4, 4) of the joints (6,).
 
-    They are yaw, pitch, insertion (m), roll, wrist pitch and wrist yaw.
+    The joints are yaw, pitch, insertion (m), roll, wrist pitch and wrist yaw.
     """
     return joint_frames(joints, instrument)[-1] @ T_yaw_tool(instrument)

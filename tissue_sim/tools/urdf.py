@@ -1,8 +1,8 @@
 """Write the URDF of a PSM with one instrument from the DH table, so that both agree exactly.
 
-The origin of each joint is its DH transform at zero and its axis is z. Turning about z and sliding
-along z commute, so origin times joint motion is the DH transform. Every centre of mass lies at its
-link's origin, so the simulator's link velocities and wrenches refer to the link frame.
+The origin of each joint is its DH transform at zero, and the joint's axis is z. A turn about z and
+a slide along z commute, so origin times joint motion is the DH transform. Every centre of mass lies
+at its link's origin, so the simulator's link velocities and wrenches refer to the link frame.
 """
 
 from __future__ import annotations
@@ -52,7 +52,7 @@ def urdf_path(instrument: Instrument, *, visuals: bool) -> Path:
 
 
 def urdf(instrument: Instrument, mesh_files: dict[str, str]) -> str:
-    """Return the URDF text; `mesh_files` gives the visual of each link that has one."""
+    """Return the URDF text; `mesh_files` names the visual of each link that has a visual."""
     collisions = _collisions(instrument)
     links = [_link(name, collisions.get(name, ""), mesh_files.get(name)) for name in _INERTIAS]
     joints, parent = [], "base"
@@ -88,10 +88,10 @@ def _collisions(instrument: Instrument) -> dict[str, str]:
 def _finger(instrument: Instrument, y_m: float) -> str:
     """Return a finger's collision shape: the box whose edges lie on the rounded patch.
 
-    The patch touches tissue, and the safety filter keeps its distance from it: a box around the
-    patch would touch 0.4 half thicknesses earlier. Capsules along the edges would fit closely, but
-    with several shapes the order of contacts depends on what happened before, so that a restored
-    state would not go on to the bit.
+    The patch touches tissue, and the safety filter keeps its distance from the patch. A box around
+    the patch would touch 0.4 half thicknesses earlier. Capsules along the edges would match
+    closely. But with several shapes the order of contacts depends on the history, so a restored
+    state would not continue bit for bit.
     """
     rounded_m = np.sqrt(0.5) * instrument.finger_half_thickness_m
     width_m = 2 * (instrument.finger_half_width_m + rounded_m)

@@ -1,4 +1,4 @@
-"""Simple bodies: boxes of one material, as real `Tissue`s; load and settle them."""
+"""Build simple bodies: boxes of one material, as real `Tissue`s; load and settle them."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ FAR_BED = LiverBed(
 
 
 def box(size: tuple[float, float, float], cells: tuple[int, int, int]) -> tuple[Array, Indices]:
-    """Return vertices and tetrahedra of a box from the origin: six per cell, on one diagonal."""
+    """Return vertices and tetrahedra of a box from the origin, six per cell, on one diagonal."""
     axes = [np.linspace(0.0, s, n + 1) for s, n in zip(size, cells, strict=True)]
     vertices = np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1).reshape(-1, 3)
     number = np.arange(len(vertices)).reshape([n + 1 for n in cells])
@@ -43,7 +43,7 @@ def box(size: tuple[float, float, float], cells: tuple[int, int, int]) -> tuple[
 
 
 def organ_of(vertices: Array, tets: Indices, **given: Any) -> Organ:
-    """Return an organ of one body: no tubes, ties, anchors or bed unless given."""
+    """Return an organ of one body, without tubes, ties, anchors or bed unless given."""
     none = np.zeros((1, 13), np.int32)
     parts: dict[str, Any] = {
         "region": np.zeros(len(tets), np.int32),
@@ -63,9 +63,9 @@ def organ_of(vertices: Array, tets: Indices, **given: Any) -> Organ:
 
 
 def tissue_of(organ: Organ, material: Material | None = RUBBER, **config: Any) -> Tissue:
-    """Return the organ as tissue, of one material unless None.
+    """Return the organ as tissue, of one material unless the material is None.
 
-    It is solved tightly, without gravity and damping unless configured.
+    The tissue is solved tightly, without gravity and damping unless configured.
     """
     tight = {
         "gravity_m_s2": NO_GRAVITY,
@@ -83,14 +83,14 @@ def tissue_of(organ: Organ, material: Material | None = RUBBER, **config: Any) -
 
 
 def put(tissue: Tissue, positions: Array) -> Array:
-    """Move the vertices to positions (n, 3), at rest; return them as rounded by the tissue."""
+    """Move the vertices to positions (n, 3), at rest; return the tissue's rounded positions."""
     tissue.positions()[:] = positions
     tissue.host("velocity")[:] = 0.0
     return tissue.positions().astype(float)
 
 
 def overdamped(vertices: Array, tets: Indices, material: Material, **organ: Any) -> Tissue:
-    """Return a body with so much damping that it does not overshoot."""
+    """Return a body with so much damping that its motion does not overshoot."""
     return tissue_of(
         organ_of(vertices, tets, **organ), material, step_s=0.002, damping_per_s=2000.0
     )

@@ -1,4 +1,4 @@
-"""A cantilever against Timoshenko's beam, on finer and finer meshes."""
+"""Compare a cantilever with Timoshenko's beam, on finer and finer meshes."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ class Cantilever:
 
     Attributes:
         loaded: one of `LOADINGS`.
-        cells: (n,), number across the beam.
+        cells: (n,), number of cells across the beam.
         tip_m: (n,), deflection of each mesh's tip.
         along_m, sunk_m: (k,), deflection curve of the finest mesh.
     """
@@ -48,10 +48,10 @@ class Cantilever:
     def max_excess(self) -> Array:
         """Return (n,) the bound of `excess`.
 
-        A linear tetrahedron cannot bend: under a curvature k its strain misses k h / sqrt(6) (mean
-        square) along the beam and k h / 2 in shear. Against the beam's energy E k^2 W^2 / 24 the
-        mesh is too stiff by c (h / W)^2, c = 2 + 3 G / E, at most doubled by the coupling of the
-        lateral strains.
+        A linear tetrahedron cannot bend. Under a curvature k its strain error (root mean square) is
+        k h / sqrt(6) along the beam and k h / 2 in shear. The beam's energy is E k^2 W^2 / 24.
+        Relative to this energy, the mesh is too stiff by c (h / W)^2, where c = 2 + 3 G / E. The
+        coupling of the lateral strains at most doubles this excess.
         """
         return 2 * (2 + 3 * SHEAR_MODULUS / BEAM.young_pa) / self.cells**2
 

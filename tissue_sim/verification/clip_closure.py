@@ -1,4 +1,4 @@
-"""A clip's squeeze: a block between springs in closed form, and the lumen of a real tube."""
+"""Verify a clip's squeeze: a block between springs in closed form, and a real tube's lumen."""
 
 from __future__ import annotations
 
@@ -27,10 +27,10 @@ class SqueezedBlock:
     """A block between springs that join its upper and lower side.
 
     Attributes:
-        stiffness: (n,), total of the springs over the block's E A / H.
-        height: (n,), over the height at rest.
-        expected: (n,): (k c + 1) / (k + 1) with k the stiffness and c = `SQUEEZED_TO`: two
-            springs in series. This is exact, as fixed-corotated tissue without lateral
+        stiffness: (n,), total stiffness of the springs over the block's E A / H.
+        height: (n,), height over the height at rest.
+        expected: (n,), (k c + 1) / (k + 1) with k the stiffness and c = `SQUEEZED_TO`: two springs
+            in series. The formula is exact, because fixed-corotated tissue without lateral
             contraction is linear in its stretch.
     """
 

@@ -1,14 +1,14 @@
-"""A strip cut across: the gap of a complete cut, and the compliance of a central slit.
+"""Verify cuts across a strip: the gap of a complete cut, and the compliance of a central slit.
 
 Without lateral contraction (Poisson's ratio 0) both have a closed form. A strip that is held
-stretched at both ends and then cut through opens a gap equal to its elongation. With a slit of
-length 2 a, a strip of width 2 b under a stress s lengthens more than the whole strip by the work of
-the slit's opening,
+stretched at both ends and then cut through opens a gap equal to its elongation. A strip of width 2
+b with a slit of length 2 a lengthens more than the whole strip under a stress s. The difference
+comes from the work of the slit's opening:
 
-    d = 2 pi s b / E  integral from 0 to a / b of u F(u)^2 du,
+    d = 2 pi s b / E  integral from 0 to a / b of u F(u)^2 du.
 
-since dU/da = 2 K^2 / E per thickness, with K = s sqrt(pi a) F(a / b) at both ends of the slit and F
-of Tada, 1973 (to 0.1 %).
+The derivation uses dU/da = 2 K^2 / E per thickness. At both ends of the slit, K = s sqrt(pi a) F(a
+/ b), with F of Tada, 1973 (to 0.1 %).
 """
 
 from __future__ import annotations
@@ -30,9 +30,9 @@ from tissue_sim.verification.statics import equilibrium, statics_of
 
 LENGTH_M, WIDTH_M = 0.024, 0.008
 TISSUE = Material(young_pa=50e3, poisson=0.0)
-SLIT = 0.5  # length over the width
+SLIT = 0.5  # length over the strip's width
 ROUNDED_M = 1e-9  # accuracy of rest positions
-STRESS = 1e-3  # over Young's modulus: the response is linear
+STRESS = 1e-3  # stress over Young's modulus: the response is linear
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -40,8 +40,9 @@ class Slit:
     """The elongation that a slit adds to a strip.
 
     Attributes:
-        cells: (n,), number across the strip.
-        yield_m: (n,), on each mesh; expected_m: from the closed form.
+        cells: (n,), number of cells across the strip.
+        yield_m: (n,), elongation on each mesh.
+        expected_m: elongation from the closed form.
     """
 
     cells: Array
@@ -60,7 +61,7 @@ class Slit:
 
     @property
     def order(self) -> Array:
-        """Return (n - 1,) the observed order in the cell size; 1, as the stress is singular."""
+        """Return (n - 1,) the observed order in the cell size, which is 1 for a singular stress."""
         return -np.diff(np.log(self.shortfall)) / np.diff(np.log(self.cells))
 
 

@@ -1,7 +1,8 @@
-"""A block on a tilted plate of an instrument: it sticks below the friction angle, slides above.
+"""Verify friction of a block on an instrument's tilted plate: it sticks below the friction angle.
 
-A rigid block slides with g (sin a - mu cos a). The step resolves the contact: a light body that
-bounces off the penalty within a step would have more friction than this.
+Above the angle, a rigid block slides with g (sin a - mu cos a). The time step resolves the contact.
+Otherwise, a light body that bounces off the penalty within a step would have more friction than a
+rigid block.
 """
 
 from __future__ import annotations
@@ -28,8 +29,8 @@ PLATE, PLATE_HALF_M, PLATE_RADIUS_M = (
 )  # row of the contact shapes; half of the plate's side
 CREEP = 0.01  # share of a frictionless slide: sticking and shearing before the block rests
 FRICTION_ERROR = 1 / float(PREDICT) - 1
-"""Largest relative excess of sliding friction over mu N: friction is limited to its cone at the
-point of linearisation, and the rest of the step stretches its spring further."""
+"""Largest relative excess of sliding friction over mu N. Friction is limited to its cone at the
+point of linearisation, and the rest of the step stretches the friction's spring further."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -40,10 +41,10 @@ class FrictionCone:
         friction: mu.
         slope: (n,), tan of the plate's angle.
         slid_m: (n,), distance that the block slid down the plate.
-        max_m, min_m: (n,), distances of a rigid block, with friction of mu N and of
-            (1 + `FRICTION_ERROR`) mu N.
-        creep_m: (n,), largest distance of a block that sticks.
-        ratio: (n,), of the friction to the normal force at the end.
+        max_m, min_m: (n,), distances of a rigid block, with friction of mu N and of (1 +
+            `FRICTION_ERROR`) mu N.
+        creep_m: (n,), largest distance of a sticking block.
+        ratio: (n,), friction over normal force at the end.
     """
 
     friction: float

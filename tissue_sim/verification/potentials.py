@@ -1,8 +1,8 @@
-"""The tissue's energies in float64, derived in another way than in the kernels.
+"""Compute the tissue's energies in float64, by another derivation than in the kernels.
 
-Each potential gives its energy (J), its gradient (n, 3) in N, and its Hessian (3 n, 3 n) in N/m at
-positions x (n, 3). The Hessian is exact unless `projected`: then each element's Hessian is made
-positive semi-definite through the eigenvalues of its own matrix.
+Each potential is a function of positions x (n, 3). It has an energy (J), a gradient (n, 3) in N,
+and a Hessian (3 n, 3 n) in N/m. The Hessian is exact unless `projected`: then each element's
+Hessian is made positive semi-definite through the eigenvalues of its own matrix.
 """
 
 from __future__ import annotations
@@ -36,13 +36,15 @@ class Elements:
     """Fixed-corotated tetrahedra with fibres.
 
     The energy per volume, with F = R S and s = |F A|, is
-    mu |F - R|^2 + lambda / 2 (J - 1)^2 + c / 4 max(s - 1, 0)^4.
+
+        mu |F - R|^2 + lambda / 2 (J - 1)^2 + c / 4 max(s - 1, 0)^4.
 
     Attributes:
-        tets: (n_tet, 4).
-        gradients: (n_tet, 4, 3), of the corners' shape functions at rest, 1/m.
-        volume: (n_tet,), m^3; mu, lam, collagen (c): (n_tet,), Pa.
-        fibre: (n_tet, 3), A.
+        tets: (n_tet, 4) corners.
+        gradients: (n_tet, 4, 3), gradients of the corners' shape functions at rest, 1/m.
+        volume: (n_tet,), m^3.
+        mu, lam, collagen (c): (n_tet,), Pa.
+        fibre: (n_tet, 3), direction A.
     """
 
     tets: Indices
@@ -87,7 +89,7 @@ class Elements:
         return _assemble(self.tets, blocks, len(x))
 
     def _stretch(self, F: Array) -> tuple[Array, Array]:
-        """Return s (n,) and its derivative ds/dF (n, 3, 3); a fibre's direction is 0 where none."""
+        """Return s (n,) and its derivative ds/dF (n, 3, 3); without fibre, the direction is 0."""
         drawn = np.einsum("eij,ej->ei", F, self.fibre)
         s = np.linalg.norm(drawn, axis=1)
         return s, np.einsum("ei,ej->eij", drawn / np.maximum(s, _FLATTEST)[:, None], self.fibre)
@@ -107,8 +109,8 @@ class Springs:
     """Ties and anchors: k / 2 |w . x - p|^2 with a spring's weights w over the vertices.
 
     Attributes:
-        weights: (n_spring, n_vertex).
-        place: p, (n_spring, 3), m.
+        weights: (n_spring, n_vertex) weights w.
+        place: (n_spring, 3), place p, m.
         stiffness: (n_spring,), N/m.
     """
 

@@ -1,7 +1,7 @@
-"""The difference between stepped tissue and the converged static solution after a retraction.
+"""Compare stepped tissue with the converged static solution after a retraction.
 
 The infundibulum is grasped, pulled off the liver and sideways, then held. Grasped vertices are
-displaced, not pulled by a force: the result depends on the tissue alone.
+displaced, not pulled by a force, so the result depends on the tissue alone.
 """
 
 from __future__ import annotations
@@ -21,12 +21,12 @@ from tissue_sim.verification.statics import displaced, equilibrium, statics_of
 GRASPED_M = 0.005  # radius about the middle of the infundibulum: the width of a grasper
 GRASPED_SHARE = 0.6  # place along the infundibulum
 SIDEWAYS = 0.5  # share of the pull; the rest is away from the liver
-INCREMENTS = 8  # of the static solution
+INCREMENTS = 8  # steps of the static solution
 TIGHT = {
     "iterations": 400,
     "tolerance": 1e-5,
     "settled_j": 0.0,
-}  # the remaining error is then not the solver's
+}  # with these settings the solver causes no remaining error
 MAX_ERROR_M = 1e-4  # a tenth of the thinnest tube's radius
 SPRINGS = ("tie_stiffness", "link_stiffness", "anchor_stiffness")
 
@@ -36,13 +36,13 @@ class Retraction:
     """Errors of the positions against the converged static solution.
 
     Attributes:
-        tets, vertices: size of the mesh.
-        shift_m: displacement of the grasp.
+        tets, vertices: Sizes of the mesh.
+        shift_m: Displacement of the grasp.
         held_s: (n,), times since the motion ended.
         largest_m: (n,), largest distance of a vertex from its static position.
         rms_m: (n,), root mean square of the distances.
         lag_m: (n,), the largest distance with a tight solver: inertia and viscosity alone.
-        broken: number of springs that broke; the static solution has none of the broken ones.
+        broken: Number of springs that broke; the static solution has no broken springs.
         static_m: (n_vertex, 3), the static solution.
     """
 
@@ -69,7 +69,7 @@ def retraction(
     """Pull the grasped infundibulum smoothly, hold it, and compare with the static solution.
 
     Raises:
-        ArithmeticError: a tube touches another one or the gallbladder, which `statics_of` leaves
+        ArithmeticError: a tube touches another tube or the gallbladder, which `statics_of` leaves
             out; or the static solution does not converge.
     """
     shift = shift_m * pull_direction(organ)
@@ -95,7 +95,7 @@ def retraction(
 
 
 def grasped(organ: Organ) -> NDArray[np.bool_]:
-    """Return (n_vertex,) whether a vertex is of the sac and near the infundibulum's middle."""
+    """Return (n_vertex,) whether a vertex belongs to the sac near the infundibulum's middle."""
     neck = organ.sac_rings[0, 0]
     axis = organ.vertices[organ.sac_rings[:, 0]]
     along = np.linalg.norm(axis - organ.vertices[neck], axis=1)
@@ -144,7 +144,7 @@ def _static(tissue: Tissue, shift: Array) -> Array:
 
 
 def _tubes_touch(tissue: Tissue) -> bool:
-    """Return whether a tube touches another one or the gallbladder."""
+    """Return whether a tube touches another tube or the gallbladder."""
     for stage in ("predict", "tube contact"):
         tissue.stages[stage].launch()
     return bool(tissue.host("force").any())

@@ -1,7 +1,8 @@
-"""The converged static solution of a tissue: Newton's method with line search, in float64.
+"""Compute a tissue's converged static solution with Newton's method and line search, in float64.
 
-It shares no code with the kernels that step the tissue, so it checks them too. It leaves out
-contact with instruments, of tubes with each other, of tubes with the gallbladder, and of clips.
+The solver shares no code with the kernels that step the tissue, so it checks these kernels too. It
+leaves out contact with instruments, of tubes with each other, of tubes with the gallbladder, and of
+clips.
 """
 
 from __future__ import annotations
@@ -23,7 +24,7 @@ from tissue_sim.verification.potentials import Bed, Elements, Links, Potential, 
 
 RESIDUAL_N = 1e-10
 MAX_ITERATIONS = 200
-MIN_SHARE = 2.0**-30  # of a Newton step in the line search
+MIN_SHARE = 2.0**-30  # share of a Newton step in the line search
 ARMIJO = 1e-4
 
 
@@ -89,7 +90,8 @@ def equilibrium(statics: Statics, start: Array) -> Array:
 def displaced(statics: Statics, start: Array, shift: Array, *, increments: int) -> Array:
     """Return the equilibrium after fixed vertices move by shift (n, 3), followed from `start`.
 
-    Every increment starts at the linear response to it, so the solution stays on its branch.
+    Every increment starts at the linear response to this increment, so the solution stays on its
+    branch.
     """
     x = start.astype(float)
     for _ in range(increments):
@@ -101,7 +103,7 @@ def displaced(statics: Statics, start: Array, shift: Array, *, increments: int) 
 
 
 def _downhill(statics: Statics, x: Array) -> Array:
-    """Return Newton's step, with projected Hessians if the exact one does not lead downhill."""
+    """Return Newton's step, with projected Hessians if the exact Hessian does not lead downhill."""
     gradient = statics.gradient(x)
     step = _solve(statics, statics.hessian(x, projected=False), -gradient)
     if (step * gradient).sum() < 0:

@@ -1,4 +1,4 @@
-"""A bar pulled at both ends, with fibres or without, against its energy's stationary point."""
+"""Compare a bar pulled at both ends, with or without fibres, with its energy's stationary point."""
 
 from __future__ import annotations
 
@@ -23,10 +23,10 @@ class Stretch:
     Attributes:
         poisson: Poisson's ratio.
         stress_over_young: (n,), traction per rest area over Young's modulus.
-        measured: (n, 3), along and twice across.
-        expected: (n, 2), along and across.
+        measured: (n, 3), stretches along and twice across.
+        expected: (n, 2), stretches along and across.
         uneven: (n,), largest distance of a vertex from the uniform stretch, over the length.
-        tolerance: the remaining motion, and the effect of a force's noise on a strain.
+        tolerance: Bound for the remaining motion, and the effect of a force's noise on a strain.
     """
 
     poisson: float
@@ -42,7 +42,8 @@ def stretch(
 ) -> Stretch:
     """Pull a bar evenly: F is then uniform, which linear elements represent exactly.
 
-    The bar is only pulled, as a free body under pressure turns over. Its fibres lie along it.
+    The bar is only pulled, because a free body under pressure turns over. Its fibres lie along the
+    bar.
     """
     material = Material(young_pa=YOUNG_PA, poisson=poisson)
     collagen_pa = collagen_over_young * YOUNG_PA
@@ -63,9 +64,9 @@ def stretch(
 def stretches(
     stress_pa: float, material: Material, collagen_pa: float = 0.0
 ) -> tuple[float, float]:
-    """Return the stretches along and across a bar that is pulled.
+    """Return the stretches along and across a pulled bar.
 
-    They minimise mu sum (s_i - 1)^2 + lambda / 2 (J - 1)^2 + c / 4 (s_1 - 1)^4 - P s_1.
+    The stretches minimise mu sum (s_i - 1)^2 + lambda / 2 (J - 1)^2 + c / 4 (s_1 - 1)^4 - P s_1.
     """
     mu, lam = material.lame
 
@@ -85,7 +86,7 @@ def stretches(
 
 
 def _pull(material: Material, collagen_pa: float, stress_pa: float) -> tuple[Array, float]:
-    """Return the principal stretches (3,) of the settled bar, and how uneven they are."""
+    """Return the settled bar's principal stretches (3,), and their unevenness."""
     rest, tets = box(SIZE_M, (5, 2, 2))
     load = np.zeros_like(rest)
     ends = face_share(rest, tets, 0, SIZE_M[0]) - face_share(rest, tets, 0, 0.0)

@@ -1,4 +1,4 @@
-"""A tube that a pull draws out of its bed ("tenting"), against a beam on an elastic foundation."""
+"""Compare a tube that a pull draws out of its bed ("tenting") with a beam on a foundation."""
 
 from __future__ import annotations
 
@@ -28,9 +28,9 @@ class Tented:
     """A beam on springs, fixed at both ends, that a force lifts in its middle.
 
     Attributes:
-        cells: (n,), number across the beam.
-        lifted_m: (n,), how far each mesh's middle is lifted.
-        expected_m: how far the beam's middle is lifted.
+        cells: (n,), number of cells across the beam.
+        lifted_m: (n,), height by which each mesh's middle is lifted.
+        expected_m: height by which the beam's middle is lifted.
     """
 
     cells: Array
@@ -46,8 +46,8 @@ class Tented:
     def max_excess(self) -> Array:
         """Return (n,) the bound of `excess`: a mesh too stiff in bending by a share c.
 
-        `Cantilever.max_excess` derives c; the deflection falls with the fourth root of the
-        bending stiffness, and no faster with that in shear than with its square root.
+        `Cantilever.max_excess` derives c. The deflection falls with the fourth root of the bending
+        stiffness. It falls no faster with the shear stiffness than with its square root.
         """
         c = 2 * (2 + 3 * SHEAR_MODULUS / BEAM.young_pa) / self.cells**2
         return np.sqrt(1 + c) - 1
@@ -56,13 +56,13 @@ class Tented:
 def tented_m(pull_n: float) -> float:
     """Return how far a force lifts an infinite Timoshenko beam on an elastic foundation.
 
-    With the foundation's stiffness k per length and s = E I / (kappa G A),
+    With the foundation's stiffness k per length and s = E I / (kappa G A), the lift is
 
-        w = P / (2 sqrt(k s + 2 sqrt(E I k))) (1 / sqrt(k) + s / sqrt(E I)),
+        w = P / (2 sqrt(k s + 2 sqrt(E I k))) (1 / sqrt(k) + s / sqrt(E I)).
 
-    the Fourier integral of E I w'''' - k s w'' + k w = P (1 - s d2/dx2) at the load. Without shear
-    (s = 0) it is Hetenyi's P beta / (2 k), beta = (k / (4 E I))^(1/4) ("Beams on Elastic
-    Foundation", 1946).
+    This is the Fourier integral of E I w'''' - k s w'' + k w = P (1 - s d2/dx2) at the load.
+    Without shear (s = 0) the lift is P beta / (2 k), with beta = (k / (4 E I))^(1/4). Source:
+    Hetenyi, "Beams on Elastic Foundation", 1946.
     """
     k, bending = FOUNDATION_PA_M * WIDTH_M, BEAM.young_pa * INERTIA
     s = bending / (SHEAR_FACTOR * SHEAR_MODULUS * AREA)

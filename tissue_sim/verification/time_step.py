@@ -1,4 +1,4 @@
-"""A soft cantilever released under gravity: how its motion depends on the step's length."""
+"""How does a soft cantilever's motion under gravity depend on the step's length?"""
 
 from __future__ import annotations
 

@@ -1,11 +1,12 @@
-"""A body that vibrates in its lowest mode: how its energy decays.
+"""How does the energy of a body decay that vibrates in its lowest mode?
 
 In a mode of angular frequency w, with mass-proportional damping c, implicit Euler's step h is
 
-    v' = (v - h w^2 q) / (1 + c h + w^2 h^2),    q' = q + h v',
+    v' = (v - h w^2 q) / (1 + c h + w^2 h^2),    q' = q + h v'.
 
-so the energy falls by a factor 1 + c h + w^2 h^2 per step on average: as exp(-(c + w^2 h) t) for
-short steps. c is the tissue's damping and w^2 h the method's.
+The energy therefore falls by a factor 1 + c h + w^2 h^2 per step on average. For short steps this
+factor means a decay as exp(-(c + w^2 h) t). The tissue's damping is c, and the method's damping is
+w^2 h.
 """
 
 from __future__ import annotations

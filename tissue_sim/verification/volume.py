@@ -1,4 +1,4 @@
-"""The volume of a pulled block against its bulk modulus, towards incompressibility."""
+"""Compare the volume of a pulled block with its bulk modulus, towards incompressibility."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from tissue_sim.verification.bodies import box, face_share, overdamped, settle
 
 SIDE_M = 0.01
 YOUNG_PA = 50e3
-PULL_PA = 1e3  # at the middle of the upper and lower side
+PULL_PA = 1e3  # pull at the middle of the upper and lower side
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -24,8 +24,8 @@ class Volume:
     Attributes:
         poisson: (n,), Poisson's ratios.
         change: (n,), change of the volume over the volume at rest.
-        expected: (n,), sum f . x / (3 K V): for any load, by virtual work, on any mesh that can
-            stretch uniformly.
+        expected: (n,), sum f . x / (3 K V). By virtual work, this holds for any load, on any mesh
+            that can stretch uniformly.
         strain: (n,), the largest displacement over the side.
     """
 

@@ -1,4 +1,4 @@
-"""A dataset of demonstrations as training data of the diffusion policy."""
+"""Convert a dataset of demonstrations to training data of the diffusion policy."""
 
 from __future__ import annotations
 
@@ -21,14 +21,14 @@ def demonstrations(roots: Iterable[Path], choice: Choice = ALL) -> list[Demonstr
     """Return the chosen demonstrations of datasets.
 
     Raises:
-        ValueError: as `read_episodes` does.
+        ValueError: As in `read_episodes`.
     """
     episodes = (episode for root in roots for episode in read_episodes(root, COLUMNS, choice))
     return [run for episode in episodes for copy in range(COPIES) for run in sensed(episode, copy)]
 
 
 def sensed(episode: DatasetEpisode, copy: int) -> Iterator[DemonstrationArrays]:
-    """Sense an episode with the errors of this copy, and split it where tools were exchanged."""
+    """Yield an episode, sensed with the errors of this copy and split at tool exchanges."""
     exact, actions, texts, expert, segment, seed = (episode.columns[name] for name in COLUMNS)
     states, (free, near) = sensed_copy(exact, int(seed[0]), copy), free_and_near(exact)
     for number in np.unique(segment):

@@ -1,9 +1,10 @@
-"""Augmentation: free tools are displaced a little, and chunks lead them back.
+"""Augment demonstrations: displace free tools a little, so that chunks lead them back.
 
-Near tissue the expert's motion is never disturbed, so demonstrations do not show how to correct an
-error there, and a policy does not learn it. The pose of a tool that touches nothing can be changed
-in a record afterwards, and so can its jaws, which the expert opens before it moves. After the
-shifted cameras of Bojarski et al., "End to end learning for self-driving cars", arXiv 1604.07316.
+Near tissue the expert's motion is never disturbed. Demonstrations therefore do not show how to
+correct an error there, and a policy does not learn the correction. The pose of a tool that touches
+nothing can be changed in a record afterwards. Its jaws, which the expert opens before it moves, can
+be changed too. The method follows the shifted cameras of Bojarski et al., "End to end learning for
+self-driving cars", arXiv 1604.07316.
 """
 
 from __future__ import annotations
@@ -19,8 +20,8 @@ from controller.expert.motion import JAW_SPEED_RAD_S
 from tissue_sim.periods import CONTROL_PERIOD_S
 from tissue_sim.sensing.observation import fields
 
-# Standard deviation each way. It must exceed the errors of what is seen, or a policy learns that it
-# is at its place already, wherever it sees itself.
+# Standard deviation along each axis. It must exceed the errors of the observation, or a policy
+# learns that it is at its place already, wherever it observes itself.
 DISPLACED_M = 8e-4
 OPEN_RAD, FREE_N = 0.15, 0.01  # tools that are open wider and pressed less touch nothing
 NEAR_M = 0.015  # of tissue; farther away the expert is disturbed, and closes no jaws
@@ -31,8 +32,8 @@ NARROWED = 0.3  # share of the free tools far from tissue whose jaws are half sh
 def displaced(seen: Batch, generator: torch.Generator) -> Batch:
     """Return windows in which each tool that is free and near tissue is displaced throughout.
 
-    The displacement (B, 2, 3), endoscope frame, is drawn once for each window and tool; `seen` is
-    not changed.
+    The displacement (B, 2, 3), endoscope frame, is drawn once for each window and tool. `seen` is
+    unchanged.
     """
     history = seen.history.clone()
     parts = fields(history)  # views
@@ -49,11 +50,13 @@ def displaced(seen: Batch, generator: torch.Generator) -> Batch:
 def half_shut(seen: Batch, asked: Tensor, generator: torch.Generator) -> Batch:
     """Return windows in which some free tools far from tissue open jaws that are half shut.
 
-    The opening, from the present one to `OPEN_RAD`, is drawn once for each window and tool; `seen`
-    is not changed.
+    The opening, from the present one to `OPEN_RAD`, is drawn once for each window and tool. `seen`
+    is unchanged.
 
     Args:
-        asked: (B,) the words are about the jaws, so the jaws are not changed.
+        seen: The windows.
+        asked: (B,) whether the words are about the jaws. The jaws of these windows are unchanged.
+        generator: The source of randomness.
     """
     history, (B, steps) = seen.history.clone(), seen.chunk.shape[:2]
     parts = fields(history)  # views

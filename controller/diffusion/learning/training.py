@@ -1,4 +1,4 @@
-"""Training of the diffusion policy; it resumes exactly. Read it from top to bottom."""
+"""Train the diffusion policy; a stopped training resumes exactly. Read the file top to bottom."""
 
 from __future__ import annotations
 
@@ -27,10 +27,10 @@ MIN_LEVEL = 0.02  # of noise: below it there is nothing to learn
 
 @dataclass(frozen=True, kw_only=True)
 class TrainingConfig(Schedule):
-    """How a policy is trained.
+    """The settings of a policy's training.
 
     Attributes:
-        noises: noisy chunks a window; conditions cost more (Mini-Diffuser, arXiv 2505.09430).
+        noises: Noisy chunks per window; conditions cost more (Mini-Diffuser, arXiv 2505.09430).
     """
 
     policy: PolicyConfig = field(default_factory=PolicyConfig)
@@ -57,7 +57,7 @@ def fine_tuning(config: TrainingConfig, base: Path) -> tuple[TrainingConfig, Pol
     """Return the configuration for fine-tuning a checkpoint, and the checkpoint's policy.
 
     Raises:
-        CheckpointError: as `Checkpoints.load` does.
+        CheckpointError: As in `Checkpoints.load`.
     """
     policy = CHECKPOINTS.load(base)
     return replace(fine_tuning_schedule(base, config), policy=policy.config), policy
@@ -75,8 +75,8 @@ def train(
     A new training starts from `base`, if given, and keeps its normalisation.
 
     Raises:
-        ValueError: there is no motion to imitate, or `out` holds the training of another
-            configuration or on other demonstrations; nothing is changed.
+        ValueError: There is no motion to imitate, or `out` holds the training of another
+            configuration or on other demonstrations. Nothing is changed.
     """
     torch.manual_seed(config.seed)
     chance = torch.Generator(device).manual_seed(config.seed)

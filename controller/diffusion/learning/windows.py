@@ -1,4 +1,4 @@
-"""Demonstrations, and their windows that a policy is trained on."""
+"""Cut demonstrations into the windows that a policy is trained on."""
 
 from __future__ import annotations
 
@@ -22,18 +22,18 @@ Floats = NDArray[np.float32]
 
 @dataclass(frozen=True, kw_only=True)
 class DemonstrationArrays:
-    """A run of control steps without an exchange of tools.
+    """A run of control steps without a tool exchange.
 
     Attributes:
         states: (n, `VECTOR_SIZE`) `Observation.vector()` before each motion.
         actions: (n, 20) motions, each a `ToolAction.vector`.
-        texts: (n,) words heard.
-        expert: (n,) the motion may be imitated.
-        free: (n, 2) the left and the right tool touch nothing.
-        near: (n, 2) they are near tissue.
+        texts: (n,) texts of the instructions.
+        expert: (n,) whether the motion may be imitated.
+        free: (n, 2) whether the left and the right tool touch nothing.
+        near: (n, 2) whether the left and the right tool are near tissue.
 
     Raises:
-        ValueError: shapes differ from these, or a number is not finite.
+        ValueError: Shapes differ from these, or a number is not finite.
     """
 
     states: Floats
@@ -56,7 +56,7 @@ class DemonstrationArrays:
                 raise ValueError(f"demonstration: {name} has entries that are no finite numbers")
 
     def heard_by(self, config: PolicyConfig) -> DemonstrationArrays:
-        """Return the demonstration with the texts that a policy hears."""
+        """Return the demonstration with the texts that are a policy's input."""
         return replace(self, texts=[config.heard(text) for text in self.texts])
 
 
@@ -67,14 +67,15 @@ class Batch(NamedTuple):
         history: (B, K, `VECTOR_SIZE`) observed frames, the newest first.
         jaw_rad: (B, 2) jaws last commanded before the chunk.
         text: (B,) rows of `Windows.texts`.
-        past: (B, P, 20) rows before the chunk, in its frame.
-        n_past: (B,) how many of them, the last ones, are the expert's; the others do not count.
-        delay: (B,) how many of them come after the newest frame.
-        chunk: (B, H, 20) in the frame of `chunk_frame`.
+        past: (B, P, 20) rows before the chunk, in the chunk's frame.
+        n_past: (B,) number of the expert's rows of the past, the last ones; other rows do not
+            count.
+        delay: (B,) number of rows of the past that come after the newest frame.
+        chunk: (B, H, 20) chunks in the frame of `chunk_frame`.
         valid: (B, H) rows to imitate: the expert's, under the same words; always the first rows.
         free: (B, 2) tools that touch nothing in all frames of the history.
         near: (B, 2) tools that are near tissue in the newest frame.
-        newest: (B,) row of the newest frame, demonstrations end to end.
+        newest: (B,) row of the newest frame, with demonstrations end to end.
     """
 
     history: Tensor
@@ -94,11 +95,11 @@ class Windows:
     """All windows that begin with a motion to imitate, end to end in memory, on one device.
 
     Attributes:
-        texts: all instruction texts in the windows.
-        digest: of the states, actions and texts, in hex; not of `free` and `near`.
+        texts: All instruction texts in the windows.
+        digest: Digest of the states, actions and texts, in hex; `free` and `near` do not count.
 
     Raises:
-        ValueError: there is no window.
+        ValueError: There is no window.
     """
 
     def __init__(
@@ -128,7 +129,7 @@ class Windows:
     def batch(self, which: Tensor, delay: Tensor) -> Batch:
         """Return windows `which` (B,), observed `delay` (B,) steps before the chunk begins.
 
-        The delay is cut to the time for which the words have been the same.
+        The delay is limited to the time for which the words have been the same.
         """
         data, now = self._all, self._where[which]
         delay = torch.minimum(delay, data.n_committed[now])

@@ -1,8 +1,8 @@
-"""A chunk that brings the jaws onto a tube closes them where clip or cut belongs along it.
+"""Centre a chunk: the jaws close on a tube at the place of the clip or the cut along the tube.
 
-A policy errs along the tube by some tenths of a millimetre, and a short artery has no more room
-than that. Where clips and cut belong is a rule on what is seen (`places`), so the rule has the last
-word in this one direction; all else is the policy's.
+A policy errs along the tube by some tenths of a millimetre, and a short artery has no more room.
+A rule on the observation gives the places of clips and cut (`places`). Therefore a rule decides in
+this one direction; the policy decides everything else.
 """
 
 from __future__ import annotations
@@ -17,20 +17,20 @@ from tissue_sim.frames import Array
 from tissue_sim.tools.arms import RIGHT_ARM
 
 ACTED_RAD = 0.12  # jaws that have closed on a clip have 0.07, blades that have cut 0.12
-SOONEST = 8  # rows in which a chunk is moved by all that it lacks, at least; assumed
+SOONEST = 8  # rows over which a chunk is moved by the whole missing distance, at least; assumed
 MOST_M = 1e-3  # by which a chunk's end is moved at most; assumed
 
 
 def centre_on_place(chunk: Array, scene: Scene, task: Task, commanded: Array) -> Array:
     """Return a chunk (n, 20) that closes, or ends, within the task's places along its tube.
 
-    It is returned as it is where the jaws end beside the tube, or have nothing left to close on.
+    The chunk stays unchanged where the jaws end beside the tube, or have no tube left to close on.
 
     Args:
-        chunk: as `chunk_frame` has it; not changed.
-        scene: at its start.
-        task: the running one.
-        commanded: jaw angles (m, 2) before it, the last ones last.
+        chunk: The chunk, in the form of `chunk_frame`; it is unchanged.
+        scene: The scene at the chunk's start.
+        task: The running task.
+        commanded: (m, 2) jaw angles commanded before the chunk, the newest last.
     """
     del commanded
     place = task_place(scene, task)
@@ -47,6 +47,6 @@ def centre_on_place(chunk: Array, scene: Scene, task: Task, commanded: Array) ->
 
 
 def _closing_row(jaws_rad: Array) -> int:
-    """Return the row in which jaws (n,) close, as a policy goes back after it, or the last one."""
+    """Return the row in which jaws (n,) close, after which a policy retracts; else the last row."""
     closed = np.flatnonzero(jaws_rad < ACTED_RAD)
     return int(closed[0]) if len(closed) else len(jaws_rad) - 1

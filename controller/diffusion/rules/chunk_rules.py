@@ -1,4 +1,4 @@
-"""The rules that change a chunk after the network, in their order, and a record of their use."""
+"""Apply the rules that change a chunk after the network, in their order, and count their use."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ RULES: dict[str, Rule] = {
     "close in place": close_in_place,
     "unhook grasper": unhook_grasper,
 }
-"""By name, in the order in which they are applied."""
+"""The rules by name, in the order in which they are applied."""
 
 ALSO_CORRECTED = ("hold still", "unhook grasper")
 """Rules that also apply while a correction is in force: retracting may catch on tissue, too."""
@@ -50,10 +50,10 @@ class ChunkRules:
         """Return a chunk (n, 20) with the changes of all rules that apply.
 
         Args:
-            chunk: as `chunk_frame` has it; not changed.
-            scene: at its start.
-            task: the running one.
-            commanded: jaw angles (m, 2) before it, the last ones last.
+            chunk: The chunk, in the form of `chunk_frame`; it is unchanged.
+            scene: The scene at the chunk's start.
+            task: The running task.
+            commanded: (m, 2) jaw angles commanded before the chunk, the newest last.
         """
         asked = chunk
         for name, rule in RULES.items():

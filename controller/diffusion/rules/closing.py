@@ -1,9 +1,9 @@
-"""Jaws close on a tube at their place, and once they have begun they close on.
+"""Close jaws on a tube at their place; jaws that have begun to close continue.
 
-A policy that sees jaws all but closed may take the clip for closed and open again: of 228
-procedures on operable patients 25 had such closings, eight of those failed. A real applier that is
-squeezed so far has bent its clip. A clip too near to the one below it does not count, so jaws that
-are low wait until they have come up (`centring`). All else is the policy's.
+A policy that observes almost closed jaws may take the clip for closed and open again. Of 228
+procedures on operable patients 25 had such closings, and eight of those failed. A real applier that
+is squeezed so far has bent its clip. A clip too near to the clip below does not count. Therefore
+low jaws wait until they have come up (`centring`). The policy decides everything else.
 """
 
 from __future__ import annotations
@@ -18,23 +18,23 @@ from tissue_sim.frames import Array
 from tissue_sim.tools.arms import RIGHT_ARM
 
 OPEN_RAD = 0.3  # jaws about a tube stand open by 0.3 to 0.4
-BEGUN_RAD = 0.2  # they have begun to close
-CLOSED_RAD = 0.03  # the policy's when a clip has needed most
+BEGUN_RAD = 0.2  # jaws open by less have begun to close
+CLOSED_RAD = 0.03  # the policy's angle when a clip has needed most
 STEP_RAD = 0.033  # in a control step: 1 rad/s, as the expert's
 BELOW_M, ABOVE_M = 2e-4, 4e-4  # the task's places: a gap of clips has 0.3 mm to spare; assumed
-LAGS_RAD = 0.04  # behind what was asked: the filter or tissue holds the jaws open; assumed
+LAGS_RAD = 0.04  # behind the command: the filter or tissue holds the jaws open; assumed
 
 
 def close_in_place(chunk: Array, scene: Scene, task: Task, commanded: Array) -> Array:
-    """Return a chunk (n, 20) whose right jaws close on if they have begun to, at their place.
+    """Return a chunk (n, 20) whose right jaws close on at their place, if they have begun.
 
-    Open jaws that are below it stay open. Jaws beside the tube are the policy's.
+    Open jaws below the place stay open. The policy decides on jaws beside the tube.
 
     Args:
-        chunk: as `chunk_frame` has it; not changed.
-        scene: at its start.
-        task: the running one.
-        commanded: jaw angles (m, 2) before it, the last ones last.
+        chunk: The chunk, in the form of `chunk_frame`; it is unchanged.
+        scene: The scene at the chunk's start.
+        task: The running task.
+        commanded: (m, 2) jaw angles commanded before the chunk, the newest last.
     """
     place = task_place(scene, task)
     below_m = None if place is None else place.lacking_m()

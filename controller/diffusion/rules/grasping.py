@@ -1,8 +1,9 @@
-"""A grasp that holds goes on until jaws are closed and tubes straight, and then rests.
+"""Complete a grasp that holds: close the jaws, pull until the tubes are straight, and then rest.
 
-A policy learns from an expert who presses until the jaws are close, and pulls until the tubes are
-straight; it stops a hair before either, or pulls on. What is close and straight is a rule on what
-is seen, so the rule has the last word; all else is the policy's.
+A policy learns from an expert that presses until the jaws are closed, and pulls until the tubes are
+straight. The policy stops slightly before either, or pulls on. A rule on the observation says
+whether jaws are closed and tubes straight. Therefore a rule decides on both; the policy decides
+everything else.
 """
 
 from __future__ import annotations
@@ -26,9 +27,9 @@ from tissue_sim.sensing.observation import Observation
 from tissue_sim.thresholds import GRASP_MAX_JAW_RAD, HELD_PINCH_N
 from tissue_sim.tools.arms import LEFT_ARM
 
-CLOSE_RAD = GRASP_MAX_JAW_RAD - 0.05  # the expert's
+CLOSE_RAD = GRASP_MAX_JAW_RAD - 0.05  # the expert's angle
 JAW_STEP_RAD = 0.034  # by which the policy opens or closes jaws in a control step; measured
-WIDE_RAD = 1.0  # as it approaches the gallbladder
+WIDE_RAD = 1.0  # as the grasper approaches the gallbladder
 MOST_RAD = 0.05  # by which a chunk closes the jaws at most; assumed
 MOST_PINCH_N = 6.0  # no rule presses harder, far below damage; the expert's grasp has 3 N; assumed
 RESTS_M = 5e-4  # a chunk that moves the left tip by less rests; assumed
@@ -40,17 +41,17 @@ MOST_TRACTION_N = 1.5  # no rule pulls harder; the expert's grasp has 0.3 to 1 N
 def complete_grasp(chunk: Array, scene: Scene, task: Task, commanded: Array) -> Array:
     """Return a chunk (n, 20) that closes jaws which hold, and pulls at a tube that is not straight.
 
-    Jaws at the gallbladder's neck open instead, where they are. An arm whose grasp is seen to be
-    good rests. Open jaws that rest where a grasp holds close.
+    Jaws at the gallbladder's neck open instead, at their place. An arm with a good observed grasp
+    rests. Open jaws close if they rest where a grasp holds.
 
-    Otherwise it is returned as it is where the left arm does not hold the gallbladder. An arm that
-    moves anyway is not pulled.
+    Otherwise the chunk stays unchanged where the left arm does not hold the gallbladder. The rule
+    adds no pull to an arm that moves anyway.
 
     Args:
-        chunk: as `chunk_frame` has it; not changed.
-        scene: at its start.
-        task: the running one.
-        commanded: jaw angles (m, 2) before it, the last ones last.
+        chunk: The chunk, in the form of `chunk_frame`; it is unchanged.
+        scene: The scene at the chunk's start.
+        task: The running task.
+        commanded: (m, 2) jaw angles commanded before the chunk, the newest last.
     """
     del commanded
     if task != GRAB:
@@ -75,14 +76,14 @@ def complete_grasp(chunk: Array, scene: Scene, task: Task, commanded: Array) -> 
 
 
 def _too_wide_rad(seen: Observation) -> float:
-    """Return by how much jaws that hold are to close."""
+    """Return the angle by which jaws that hold should close."""
     if not HELD_PINCH_N <= seen.pinch_n <= MOST_PINCH_N:
         return 0.0
     return float(np.clip(seen.joints[LEFT_ARM, -1] - CLOSE_RAD, 0.0, MOST_RAD))
 
 
 def _lacking_m(seen: Observation) -> Array:
-    """Return the pull (3,) along its chord that the less straight tube, or the traction, lacks."""
+    """Return the missing pull (3,) along the chord of the less straight tube."""
     if not pulls(seen) or traction_n(seen) > MOST_TRACTION_N:
         return np.zeros(3)
     lacks_m = lacking_m(seen)

@@ -1,8 +1,8 @@
-"""What a chunk hardly moves stays where it is: jaws, and an arm that only holds the gallbladder.
+"""Hold jaws still that a chunk hardly moves, and an arm that only holds the gallbladder.
 
-A policy errs a little in each chunk. Where it should hold for a minute, errors of one sign add up:
-without this, grasping jaws opened by 0.04 rad a minute (median of 19 procedures), and the pinch
-fell by a fifth. Graspers have ratchets for that.
+A policy errs a little in each chunk. Where the policy should hold for a minute, errors of one sign
+add up. Without this rule, grasping jaws opened by 0.04 rad a minute (median of 19 procedures), and
+the pinch fell by a fifth. Real graspers have ratchets for this purpose.
 """
 
 from __future__ import annotations
@@ -16,20 +16,20 @@ from tissue_sim.frames import Array
 from tissue_sim.tools.arms import LEFT_ARM
 
 HELD_RAD = 0.01  # jaws that close or open move fifty times as far in a chunk
-HELD_M, HELD_TURN_RAD = 1e-4, 0.002  # a grasper that is to move does so ten times as far
+HELD_M, HELD_TURN_RAD = 1e-4, 0.002  # a grasper that should move does so ten times as far
 UNTURNED = np.array([1.0, 0.0, 0.0, 0.0, 1.0, 0.0])
 
 
 def hold_still(chunk: Array, scene: Scene, task: Task, commanded: Array) -> Array:
-    """Return a chunk (n, 20) in which what hardly moves rests.
+    """Return a chunk (n, 20) in which jaws and arms rest that hardly move.
 
-    The left arm may pull little by little as it grabs, and where a correction moves it.
+    The left arm may pull little by little as it grabs, and where a correction moves the arm.
 
     Args:
-        chunk: as `chunk_frame` has it; not changed.
-        scene: at its start.
-        task: the running one.
-        commanded: jaw angles (m, 2) before it, the last ones last.
+        chunk: The chunk, in the form of `chunk_frame`; it is unchanged.
+        scene: The scene at the chunk's start.
+        task: The running task.
+        commanded: (m, 2) jaw angles commanded before the chunk, the newest last.
     """
     arms, jaws_rad = chunk.reshape(len(chunk), 2, -1).copy(), commanded[-1]
     still = np.abs(arms[..., JAW] - jaws_rad).max(axis=0) < HELD_RAD

@@ -1,9 +1,9 @@
-"""Open jaws that have come upon their tube go on to their place; they do not turn back before it.
+"""Move open jaws about their tube on to their place, instead of turning back before the place.
 
-A policy learns from an expert who comes out and tries from another side where its jaws would catch
-something else, and sometimes turns back a few millimetres short of a free tube, again and again,
-until the task is given up. Where something else is between the jaws, the filter keeps them from
-closing.
+A policy learns from an expert that retracts and approaches from another side where its jaws would
+catch another structure. The policy sometimes turns back a few millimetres short of a free tube,
+again and again, until the task is given up. Where another structure is between the jaws, the filter
+keeps the jaws from closing.
 """
 
 from __future__ import annotations
@@ -22,22 +22,22 @@ from tissue_sim.tools.arms import RIGHT_ARM
 NEAR_M = 0.008  # before the place: the tips are at the tube or beyond; assumed
 BESIDE_M = 0.0015  # to any side of it: the tube is within the open jaws; assumed
 ROOM_M = 0.004  # of the place from the gallbladder's wall; with 3.1 mm a clip caught the wall
-THERE_M = 4e-4  # so near to the place they close; assumed
-BACK_M = 2e-4  # a chunk that goes back by less hesitates; assumed
+THERE_M = 4e-4  # so near to the place the jaws close; assumed
+BACK_M = 2e-4  # a chunk that retracts by less hesitates; assumed
 STEP_M = 2e-4  # in a control step, half of the expert's near tubes
 
 
 def reach_place(chunk: Array, scene: Scene, task: Task, commanded: Array) -> Array:
-    """Return a chunk (n, 20) that goes on to the task's place where it would go back before it.
+    """Return a chunk (n, 20) that goes on to the task's place instead of retracting before it.
 
-    It is returned as it is where the jaws close, the tube is not between them, or the gallbladder
+    The chunk stays unchanged where the jaws close, the tube is not between them, or the gallbladder
     is near.
 
     Args:
-        chunk: as `chunk_frame` has it; not changed.
-        scene: at its start.
-        task: the running one.
-        commanded: jaw angles (m, 2) before it, the last ones last.
+        chunk: The chunk, in the form of `chunk_frame`; it is unchanged.
+        scene: The scene at the chunk's start.
+        task: The running task.
+        commanded: (m, 2) jaw angles commanded before the chunk, the newest last.
     """
     del commanded
     place = task_place(scene, task)

@@ -1,8 +1,8 @@
-"""An arm that is told to go back goes back: open jaws are drawn out the way they came.
+"""Retract an arm whose task is to retract: draw open jaws out the way they came.
 
-A policy learns to go back from jaws that have closed on a clip or a tube. Where they have not, as
-the task took too long, it may stay on the tube and swing to and fro by a millimetre, until a person
-is called: two of 140 procedures with a failure set up ended so.
+A policy learns to retract with jaws that have closed on a clip or a tube. The jaws have not closed
+where a task took too long. Then the policy may stay on the tube and swing to and fro by a
+millimetre, until a person is called. Two of 140 procedures with a failure set up ended so.
 """
 
 from __future__ import annotations
@@ -18,20 +18,20 @@ from planner.task import Task
 from tissue_sim.frames import Array
 from tissue_sim.tools.arms import RIGHT_ARM
 
-LINGERS_M = 1.5e-3  # a chunk that goes back by less stays; chosen on those two, at most 1.4 mm
+LINGERS_M = 1.5e-3  # a chunk that retracts by less stays; chosen on those two, at most 1.4 mm
 STEP_M = 4e-4  # in a control step, the expert's near tubes
 
 
 def retract(chunk: Array, scene: Scene, task: Task, commanded: Array) -> Array:
-    """Return a chunk (n, 20) whose right arm goes back along its tool where it would stay.
+    """Return a chunk (n, 20) whose right arm retracts along its tool where it would stay.
 
-    It is returned as it is where the arm is back, or its jaws have to open first.
+    The chunk stays unchanged where the arm is back, or its jaws have to open first.
 
     Args:
-        chunk: as `chunk_frame` has it; not changed.
-        scene: at its start.
-        task: the running one.
-        commanded: jaw angles (m, 2) before it, the last ones last.
+        chunk: The chunk, in the form of `chunk_frame`; it is unchanged.
+        scene: The scene at the chunk's start.
+        task: The running task.
+        commanded: (m, 2) jaw angles commanded before the chunk, the newest last.
     """
     del commanded
     now, arms = scene.observation, chunk.reshape(len(chunk), 2, -1).copy()

@@ -1,8 +1,8 @@
-"""A grasper that comes upon a wide gallbladder is square to it: its jaws slide off otherwise.
+"""Turn a grasper square to a wide gallbladder, because its jaws slide off otherwise.
 
-The policy learned from an expert whose jaws are turned by some 18 degrees against the
-infundibulum's axis where it widens little, and square to it where it is wide, which is rare. By
-cameras it grasped 12 of 22 wide ones, and 19 with this rule.
+The policy learned from an expert that turns the jaws by some 18 degrees against the axis of an
+infundibulum that widens little. On a wide infundibulum, which is rare, the expert's jaws are square
+to the axis. By cameras the policy grasped 12 of 22 wide ones, and 19 with this rule.
 """
 
 from __future__ import annotations
@@ -20,20 +20,20 @@ from tissue_sim.tools.arms import LEFT_ARM
 
 WIDE_M = 0.0077  # radius of the uppermost observed ring; with 0.0072 the policy lost three others
 BEYOND_M = 0.009  # of the tips beyond the axis, the expert's on such a gallbladder
-NEAR_M = 0.030  # from tip to axis; farther off the arm is free; assumed
+NEAR_M = 0.030  # from tip to axis; an arm that is farther off is free; assumed
 
 
 def square_grasper(chunk: Array, scene: Scene, task: Task, commanded: Array) -> Array:
     """Return a chunk (n, 20) at whose end the grasper's jaws close square to a wide infundibulum.
 
-    It turns about what is between the jaws. It is returned as it is where the gallbladder is not
-    wide, is far off, or is held.
+    The grasper turns about the point between the jaws. The chunk stays unchanged where the
+    gallbladder is not wide, is far off, or is held.
 
     Args:
-        chunk: as `chunk_frame` has it; not changed.
-        scene: at its start.
-        task: the running one.
-        commanded: jaw angles (m, 2) before it, the last ones last.
+        chunk: The chunk, in the form of `chunk_frame`; it is unchanged.
+        scene: The scene at the chunk's start.
+        task: The running task.
+        commanded: (m, 2) jaw angles commanded before the chunk, the newest last.
     """
     del commanded
     now, arms = scene.observation, chunk.reshape(len(chunk), 2, -1).copy()
@@ -64,6 +64,6 @@ def _square(along: Array, ahead: Array) -> Array:
 
 
 def _eased(way: Array, share: Array) -> Array:
-    """Return the turns (n, 6) that lead to a rotation (3, 3) by shares (n,) of it."""
+    """Return the turns (n, 6) that lead to a rotation (3, 3) by shares (n,) of the rotation."""
     whole = rotation_vector(way)
     return np.stack([rotation_to_6d(exponential(part * whole)) for part in share])

@@ -1,7 +1,7 @@
-"""A grasper that is drawn out and catches on tissue stops, and narrows its jaws until it is free.
+"""Stop a grasper that retracts and catches on tissue, and narrow its jaws until it is free.
 
-Open jaws act as a barb: their tips flare out behind what lies beside them. A policy does not notice
-that a tube or a fold comes along, and goes on at full speed: after a grasp that was too low, the
+Open jaws act as a barb: their tips flare out behind tissue beside them. A policy does not notice
+that a tube or a fold comes along, and goes on at full speed. After grasps that were too low, the
 artery was stretched beyond its limit in 5 of 30 tuning patients (10300 to 10329).
 """
 
@@ -24,16 +24,16 @@ NARROW_RAD = 0.2  # nearly shut, as for the expert (`SLIM_RAD`); assumed
 
 
 def unhook_grasper(chunk: Array, scene: Scene, task: Task, commanded: Array) -> Array:
-    """Return a chunk (n, 20) whose left arm narrows its jaws where it is, if it has caught tissue.
+    """Return a chunk (n, 20) whose left arm stops and narrows its jaws, if it has caught tissue.
 
-    Narrow jaws are drawn out slowly, the way they came, whatever the policy asks for. Wide jaws may
+    Narrow jaws are drawn out slowly, the way they came, whatever the policy requests. Wide jaws may
     push at tissue on their way in.
 
     Args:
-        chunk: as `chunk_frame` has it; not changed.
-        scene: at its start.
-        task: the running one.
-        commanded: jaw angles (m, 2) before it, the last ones last.
+        chunk: The chunk, in the form of `chunk_frame`; it is unchanged.
+        scene: The scene at the chunk's start.
+        task: The running task.
+        commanded: (m, 2) jaw angles commanded before the chunk, the newest last.
     """
     del commanded
     now, arms = scene.observation, chunk.reshape(len(chunk), 2, -1).copy()

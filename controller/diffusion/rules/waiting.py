@@ -1,4 +1,4 @@
-"""As the grasper grabs, the other arm waits where it is.
+"""Keep the right arm at its place while the grasper grabs.
 
 A policy errs a little in each chunk. While a grab took long, an open clip applier had drifted onto
 the duct (25803, spent). The expert's other arm stays.
@@ -18,10 +18,10 @@ def rest_right_arm(chunk: Array, scene: Scene, task: Task, commanded: Array) -> 
     """Return a chunk (n, 20) in which the right arm stays, if the task is to grab.
 
     Args:
-        chunk: as `chunk_frame` has it; not changed.
-        scene: at its start; does not matter, like `commanded`.
-        task: the running one.
-        commanded: jaw angles (m, 2) before it, the last ones last.
+        chunk: The chunk, in the form of `chunk_frame`; it is unchanged.
+        scene: The scene at the chunk's start, which has no influence.
+        task: The running task.
+        commanded: (m, 2) jaw angles commanded before the chunk, which have no influence.
     """
     del scene, commanded
     if task != GRAB:

@@ -1,1 +1,1 @@
-"""What of an observation do policy and rules take?"""
+"""Which facts of an observation do policy and rules use?"""

@@ -1,4 +1,4 @@
-"""A body that moves, as of a ventilated patient: the policy sees it at rest, tools move along.
+"""Compensate the motion of a ventilated body: the policy observes it at rest, tools move along.
 
 Motions are compensated as for beating hearts: Ortmaier et al., "Motion estimation in beating heart
 surgery", IEEE Trans. Biomed. Eng. 52, 2005.
@@ -23,8 +23,8 @@ CATCH_UP_M = 5e-4  # a control step, 15 mm/s; assumed
 class BodyFrame:
     """Transforms observations into the body's frame, and motions out of it.
 
-    During an exchange of tools no motion is asked for: arms stand still and the body moves.
-    Afterwards the arms catch up with the body: otherwise the grasper would pull on the tissue.
+    During a tool exchange no motion is requested: arms stand still and the body moves. Afterwards
+    the arms catch up with the body: otherwise the grasper would pull on the tissue.
     """
 
     def __init__(self) -> None:

@@ -1,4 +1,4 @@
-"""The features of an observation: tools, tissue from each tool, where clips and cut go."""
+"""Compute an observation's features: tools, tissue from each tool, places of clips and cut."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from tissue_sim.sensing.tissue_features import (
 )
 
 MOTION_M = 0.005
-LAG_RAD = 0.05  # scale of a jaw's lag behind its command, which tells how hard it presses
+LAG_RAD = 0.05  # scale of a jaw's lag behind its command, which shows how hard the jaw presses
 
 
 class Features(nn.Module):
@@ -37,7 +37,7 @@ class Features(nn.Module):
 
 
 def tool_features(now: dict[str, Tensor], jaw_rad: Tensor) -> list[Tensor]:
-    """Return features of the tools, from what encoders and motor currents tell."""
+    """Return features of the tools, from encoders and motor currents."""
     tips, forces_n, jaw = now["tips_endoscope"], now["forces_n"], now["joints"][..., 6]
     p, R = tips[..., 3], tips[..., :3]
     to_other = torch.einsum("bij,bi->bj", R[:, 1], p[:, 0] - p[:, 1])

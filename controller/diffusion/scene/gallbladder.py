@@ -1,7 +1,7 @@
-"""How thick is the gallbladder as seen, and how near to the upper clips' places does it come?
+"""Compute the gallbladder's observed thickness, and its distance from the upper clips' places.
 
-By this the expert chooses where it grabs, how wide it opens the grasper, and how much lower than
-usual it closes an upper clip.
+From these the expert chooses the place of the grab and the grasper's opening. The expert also
+chooses how much lower than usual an upper clip is closed.
 """
 
 from __future__ import annotations
@@ -15,15 +15,15 @@ from tissue_sim.sensing.tissue_features import foot
 
 HIGH = tuple(UPPER.values())  # rows of `Places`
 THICK_M = 0.01
-ROOM_M = 0.004  # scale of what is free beside a place: about half a jaw's width
+ROOM_M = 0.004  # scale of the free room beside a place: about half a jaw's width
 
 
 def gallbladder_features(now: dict[str, Tensor], places: tuple[Places, Places]) -> list[Tensor]:
-    """Return the radii of the infundibulum, and what is free between its wall and each high place.
+    """Return the radii of the infundibulum, and the room between its wall and each high place.
 
     Args:
-        now: parts of `Observation.vector()`, batched (B, ...).
-        places: on both tubes.
+        now: Parts of `Observation.vector()`, batched (B, ...).
+        places: Places on both tubes.
     """
     points_m = torch.cat([on_tube.points_m[:, HIGH] for on_tube in places], dim=1)
     free_m = wall_distance_m(now["sac_m"], now["sac_radius_m"], points_m)
@@ -35,8 +35,8 @@ def wall_distance_m(axis_m: Tensor, radius_m: Tensor, points_m: Tensor) -> Tenso
 
     Args:
         axis_m: (B, 5, 3) points of the axis.
-        radius_m: (B, 5) of the wall there; linear in between.
-        points_m: (B, m, 3).
+        radius_m: (B, 5) radii of the wall at these points; linear in between.
+        points_m: (B, m, 3) points.
     """
     share, from_axis_m = foot(axis_m, points_m)
     at = share * (SAC_POINTS - 1)

@@ -1,8 +1,8 @@
-"""On which side of a place have the right jaws room beside the structures at risk, as far as seen?
+"""Compute on which side of a place the right jaws have room beside observed structures at risk.
 
-Low on a tube the expert puts the jaws off the tube's middle, so that a finger passes beside the
-common bile duct or the hepatic artery. A policy that was not told where these are stood beside the
-first clip's place until a person was called: the safety filter kept its fingers off them.
+Low on a tube, the expert puts the jaws off the tube's middle. One finger then passes beside the
+common bile duct or the hepatic artery. A policy without these structures as input stood beside the
+first clip's place until a person was called. The safety filter kept its fingers off the structures.
 """
 
 from __future__ import annotations
@@ -28,16 +28,17 @@ PARTS = 6  # samples between the points of a structure at risk
 
 
 def side_features(now: dict[str, Tensor], places: tuple[Places, Places]) -> list[Tensor]:
-    """Return where the structures at risk are from the right tool, and the side that is free.
+    """Return the places of the structures at risk from the right tool, and the free side.
 
     Args:
-        now: parts of `Observation.vector()`, batched (B, ...).
-        places: on both tubes.
+        now: Parts of `Observation.vector()`, batched (B, ...).
+        places: Places on both tubes.
 
     Returns:
-        Features (B, ...): points of the structures in the tool's frame, coarse and fine; for each
-        low place by how much the room beside the fingers exceeds the least, for each of `OFFS_M`;
-        and the first of these with enough room, or the roomiest.
+        Features (B, ...) of three kinds. The first are points of the structures in the tool's
+        frame, coarse and fine. The second are, for each low place and each of `OFFS_M`, the room
+        beside the fingers beyond the least room. The third are the first offset with enough room,
+        or the roomiest offset.
     """
     tip, lines_m = now["tips_endoscope"][:, RIGHT_ARM], lines_at_risk_m(now)
     off_tool = torch.einsum("bji,bnj->bni", tip[..., :3], lines_m - tip[:, None, :, 3])
@@ -51,8 +52,8 @@ def side_features(now: dict[str, Tensor], places: tuple[Places, Places]) -> list
 def lines_at_risk_m(now: dict[str, Tensor]) -> Tensor:
     """Return points (B, 10, 3) of the common bile duct, then of the hepatic artery, in order.
 
-    Each also passes under its branch's first point, which lies on its wall: there the branch draws
-    it out, as `controller.safety.seen.seen_obstacles.trunk_line` has it.
+    Each line also passes under its branch's first point, which lies on the structure's wall. There
+    the branch draws the structure out, as in `controller.safety.seen.seen_obstacles.trunk_line`.
     """
     left = duct_is_left(now)[:, None, None]
     duct = torch.where(left, now["left_tube_m"], now["right_tube_m"])
@@ -67,7 +68,7 @@ def lines_at_risk_m(now: dict[str, Tensor]) -> Tensor:
 
 
 def _drawn_out(trunk_m: Tensor, branch_m: Tensor, radius_m: float) -> Tensor:
-    """Return the points of a trunk (B, 4, 3), and the one under its branch's first point."""
+    """Return the points of a trunk (B, 4, 3), and the point under its branch's first point."""
     along = _unit(trunk_m[:, 2] - trunk_m[:, 1])
     leaves = branch_m[:, 1] - branch_m[:, 0]
     under_m = branch_m[:, 0] - radius_m * _unit(_square(leaves, along))
@@ -89,17 +90,17 @@ def _square(vectors: Tensor, along: Tensor) -> Tensor:
 def rooms_m(places: Places, forward: Tensor, tube_radius_m: Tensor, lines_m: Tensor) -> Tensor:
     """Return the room between the open fingers and the structures at risk; negative if inside.
 
-    As `controller.expert.jaw_room.firm_room_m` measures it for the expert's usual approach, on what
-    is seen.
+    The measure is that of `controller.expert.jaw_room.firm_room_m` for the expert's usual approach,
+    on observed structures.
 
     Args:
-        places: B of them; of these the low ones count.
-        forward: (B, 3) the tool's direction; there it is turned square to the tube.
-        tube_radius_m: (B,) the jaws open wide enough for it.
-        lines_m: as `lines_at_risk_m` returns them.
+        places: The places on B tubes; the low ones count.
+        forward: (B, 3) the tool's direction, which is turned square to the tube at a place.
+        tube_radius_m: (B,) radii of the tubes, for which the jaws open wide enough.
+        lines_m: The lines that `lines_at_risk_m` returns.
 
     Returns:
-        (B, 3, 3) at each of the low places, for each of `OFFS_M`.
+        (B, 3, 3) room at each of the low places, for each of `OFFS_M`.
     """
     bile_duct_m, hepatic_m = (_finer(line) for line in lines_m.chunk(2, dim=1))
     lines_m = torch.cat([bile_duct_m, hepatic_m], dim=1)
@@ -124,7 +125,8 @@ def rooms_m(places: Places, forward: Tensor, tube_radius_m: Tensor, lines_m: Ten
 def _finer(points_m: Tensor) -> Tensor:
     """Return `PARTS` samples of each piece of smooth lines through points (B, n, 3).
 
-    Cubic Hermite pieces, whose slopes at the points are those of parabolas through neighbours.
+    The pieces are cubic Hermite curves. Their slopes at the points are those of parabolas through
+    neighbours.
     """
     chord_m = (points_m[:, 1:] - points_m[:, :-1]).norm(dim=-1, keepdim=True).clamp(min=1e-6)
     slope = (points_m[:, 1:] - points_m[:, :-1]) / chord_m
@@ -151,13 +153,13 @@ def _in_jaws(places: Places, forward: Tensor, lines_m: Tensor) -> tuple[Tensor, 
 
 
 def _half_opening_rad(tube_radius_m: Tensor) -> Tensor:
-    """Return half the opening (B,) that barely clears a tube, as the expert opens its jaws."""
+    """Return half the opening (B,) that barely clears a tube: the expert's opening."""
     lever_m = APPLIER.yaw_to_tip_m - 0.5 * CLIP_LENGTH_M
     return ((tube_radius_m + CLEARANCE_M) / lever_m).clamp(0.0, 0.9).asin()
 
 
 def free_side(spare_m: Tensor) -> Tensor:
-    """Return (B, 3) -1, 0 or 1: the side to which jaws go, by what is spare (B, 3, 3)."""
+    """Return (B, 3) -1, 0 or 1: the side to which jaws go, from the spare room (B, 3, 3)."""
     enough = (spare_m > 0.0).to(spare_m)
     order = torch.tensor([3.0, 2.0, 1.0], device=spare_m.device)
     chosen = torch.where(

@@ -1,7 +1,8 @@
-"""Where clips and cut belong on the observed tubes, relative to the right tool.
+"""Compute where clips and cut belong on the observed tubes, relative to the right tool.
 
-The rule of `tissue_sim.outcome.clip_rule`, on what is seen. A policy without these places has to
-learn the rule from demonstrations, and placed clips 0.4 mm off even if it was told the exact state.
+The places follow from the rule of `tissue_sim.outcome.clip_rule` on the observation. A policy
+without these places has to learn the rule from demonstrations. Such a policy placed clips 0.4 mm
+off even with the exact state as input.
 """
 
 from __future__ import annotations
@@ -42,15 +43,15 @@ LOWEST = {USUAL_CLIPS: 7, FEWEST_CLIPS: 8}  # where the upper clip leaves room f
 
 
 class Places(NamedTuple):
-    """Where the clips of a tube and its cut belong: for three clips (4 places), and for two (3).
+    """Places of a tube's clips and of its cut: for three clips (4 places), and for two (3).
 
     The last two places are the lowest for the upper clip of three and of two that leave room for
     the cut.
 
     Attributes:
-        points_m: (B, 9, 3) on the centreline, endoscope frame.
+        points_m: (B, 9, 3) points on the centreline, endoscope frame.
         along: (B, 9, 3) unit vectors along the tube, from its fixed end up.
-        spare_m: (B, 2) what the tube is longer than each of `NUMBERS` clips needs.
+        spare_m: (B, 2) excess of the tube's length over the need of each of `NUMBERS` clips.
     """
 
     points_m: Tensor
@@ -62,7 +63,7 @@ def places_on(now: dict[str, Tensor]) -> tuple[Places, Places]:
     """Return the places on the left and on the right tube.
 
     Args:
-        now: parts of `Observation.vector()`, batched (B, ...).
+        now: Parts of `Observation.vector()`, batched (B, ...).
     """
     closed = closed_clips(now)
     left, lengths_m = duct_is_left(now)[:, None], now["rest_length_m"].clamp(min=1e-6)
@@ -87,11 +88,11 @@ def _places(
 
 
 def place_features(now: dict[str, Tensor], places: tuple[Places, Places]) -> list[Tensor]:
-    """Return where clips and cut belong, from the right tip, coarse and fine, and what is spare.
+    """Return the places of clips and cut, from the right tip, coarse and fine, and spare lengths.
 
     Args:
-        now: parts of `Observation.vector()`, batched (B, ...).
-        places: on both tubes.
+        now: Parts of `Observation.vector()`, batched (B, ...).
+        places: Places on both tubes.
 
     Returns:
         Features (B, ...) of both tubes.
@@ -109,14 +110,14 @@ def place_features(now: dict[str, Tensor], places: tuple[Places, Places]) -> lis
 
 
 def _stations(kind: str, length_m: Tensor, clips_m: Tensor, there: Tensor) -> Tensor:
-    """Return (B, 9) where the clips of a tube and its cut belong, for each number of clips.
+    """Return (B, 9) stations of a tube's clips and of its cut, for each number of clips.
 
-    What sits farther up than the rule wants it moves the next clip up with it.
+    A clip that sits farther up than its place in the rule moves the next clip up too.
 
     Args:
-        kind: "duct" or "artery".
-        length_m: (B, 1) of the tube at rest.
-        clips_m: (B, m) stations of its clips, in their order.
+        kind: The structure, "duct" or "artery".
+        length_m: (B, 1) lengths of the tubes at rest.
+        clips_m: (B, m) stations of the clips on the tubes, in their order.
         there: (B, m) 1 where there is a clip.
     """
     highest_m = length_m - HIGH_MARGIN_M + NEARER_M
@@ -135,12 +136,12 @@ def _stations(kind: str, length_m: Tensor, clips_m: Tensor, there: Tensor) -> Te
 
 
 def _low(n: int, planned: tuple[Tensor, ...], clips_m: Tensor, there: Tensor) -> Tensor:
-    """Return (B, 1) where the upper one of the clips that stay sits, or belongs."""
+    """Return (B, 1) the station where the upper one of the clips that stay sits, or belongs."""
     return torch.where(there[:, n - 2, None] > 0, clips_m[:, n - 2, None], planned[n - 2])
 
 
 def _cut(n: int, planned: tuple[Tensor, ...], clips_m: Tensor, there: Tensor) -> Tensor:
-    """Return (B, 1) the middle of the widest gap above the clips that stay, n being needed."""
+    """Return (B, 1) the middle of the widest gap above the clips that stay, of n needed clips."""
     planned_m = 0.5 * (planned[-2] + planned[-1])
     low, high = clips_m[:, n - 2 : -1], clips_m[:, n - 1 :]
     gaps_m = torch.where(there[:, n - 1 :] > 0, high - low, -1.0)
@@ -150,7 +151,7 @@ def _cut(n: int, planned: tuple[Tensor, ...], clips_m: Tensor, there: Tensor) ->
 
 
 def _spare_m(is_duct: Tensor, length_m: Tensor) -> Tensor:
-    """Return (B, 2) what a tube is longer than each number of clips needs."""
+    """Return (B, 2) the excess of a tube's length over the need of each number of clips."""
     kinds = [
         torch.cat([length_m - needed_m(kind, n) for n in NUMBERS], dim=1)
         for kind in ("duct", "artery")
@@ -161,7 +162,7 @@ def _spare_m(is_duct: Tensor, length_m: Tensor) -> Tensor:
 def _points(tube_m: Tensor, share: Tensor) -> tuple[Tensor, Tensor]:
     """Return points and directions (B, m, 3) at shares (B, m) of tubes (B, n, 3).
 
-    Beyond its ends a tube goes straight on.
+    Beyond its ends a tube continues straight.
     """
     at = share * (TUBE_POINTS - 1)
     first = at.detach().floor().clamp(0, TUBE_POINTS - 2).long()

@@ -1,4 +1,4 @@
-"""What a control step's observation tells the rules on chunks; each fact is computed once."""
+"""Derive facts from a control step's observation for the rules on chunks, each fact once."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ class TubePlaces:
     """The places of a tube's clips and of its cut, by the rows of `places.Places`.
 
     Attributes:
-        points_m: (9, 3) on the centreline, endoscope frame.
+        points_m: (9, 3) points on the centreline, endoscope frame.
         along: (9, 3) unit vectors up the tube.
         wall_m: (9,) distances from the gallbladder's wall.
     """
@@ -36,11 +36,11 @@ class TubePlaces:
 
 @dataclass(frozen=True, eq=False)
 class Scene:
-    """One observation, and the facts that follow from it.
+    """One observation, and the facts that follow from the observation.
 
     Attributes:
-        vector: `Observation.vector()`.
-        is_corrected: a correction is in force.
+        vector: The `Observation.vector()`.
+        is_corrected: Whether a correction is in force.
     """
 
     vector: NDArray[np.float32]
@@ -48,7 +48,7 @@ class Scene:
 
     @cached_property
     def observation(self) -> Observation:
-        """Return the observation that the vector holds."""
+        """Return the observation that the vector encodes."""
         return observation_of(self.vector, 0.0)
 
     @cached_property

@@ -1,4 +1,4 @@
-"""Where the jaws should close for a task, and what separates them from that place."""
+"""Compute the place where the jaws should close for a task, and their distance from it."""
 
 from __future__ import annotations
 
@@ -31,9 +31,9 @@ class TaskPlace:
     Attributes:
         jaws_m: (3,) middle of the jaws.
         place_m: (3,) the place.
-        lowest_m: (3,) the lowest place that will do.
+        lowest_m: (3,) the lowest acceptable place.
         along: (3,) unit vector up the tube at the place.
-        wall_m: distance of the place from the gallbladder's wall.
+        wall_m: Distance of the place from the gallbladder's wall.
     """
 
     jaws_m: Array
@@ -51,10 +51,10 @@ class TaskPlace:
         """Return how far the jaws are below the place along the tube.
 
         Args:
-            moved_m: displacement (3,) of the jaws since the observation, endoscope frame.
+            moved_m: (3,) displacement of the jaws since the observation, endoscope frame.
 
         Returns:
-            Zero within `WITHIN_M`, negative above it; None if the jaws are beside the tube.
+            Zero within `WITHIN_M`, negative above the place; None if the jaws are beside the tube.
         """
         jaws_m, u = self.jaws_m + moved_m, self.along
         off_m = self.place_m - jaws_m
@@ -66,7 +66,7 @@ class TaskPlace:
 
 
 def task_place(scene: Scene, task: Task) -> TaskPlace | None:
-    """Return the task's place; None if the jaws have nothing left to close on."""
+    """Return the task's place; None if the jaws have no structure left to close on."""
     observation, tube = scene.observation, task.tube
     if tube is None or not _still_close(task, tube, observation):
         return None
@@ -90,7 +90,7 @@ def _still_close(task: Task, tube: Tube, observation: Observation) -> bool:
 
 
 def _rows(task: Task, tube: Tube, observation: Observation) -> tuple[int, int]:
-    """Return the rows of `Places` for the task, and for the lowest place that will do."""
+    """Return the rows of `Places` for the task, and for the lowest acceptable place."""
     sitting = clips_on(tube, observation) + (task.clip == USUAL_CLIPS)
     n = USUAL_CLIPS if sitting >= USUAL_CLIPS else clips_needed_on(tube, observation)
     if task.kind == "cut":

@@ -1,1 +1,1 @@
-"""How far are the instruments from each obstacle, and in which direction?"""
+"""Which distance and direction have the instruments from each obstacle?"""

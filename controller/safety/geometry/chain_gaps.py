@@ -1,4 +1,4 @@
-"""Gaps between links and the capsules of chains."""
+"""Compute the gaps between links and the capsules of chains."""
 
 from __future__ import annotations
 

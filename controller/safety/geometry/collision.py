@@ -1,4 +1,4 @@
-"""All pairs of instrument and obstacle that are near each other, with distance and direction."""
+"""Find all pairs of instrument and obstacle near each other, with distance and direction."""
 
 from __future__ import annotations
 
@@ -34,26 +34,26 @@ _SHAFTS = [SHAFT, N_LINK + SHAFT]
 
 @dataclass(frozen=True, kw_only=True)
 class NearPairs:
-    """Pairs that are nearer than the activation distance: a row a pair, world frame, m.
+    """Pairs that are nearer than the activation distance: one row per pair, world frame, m.
 
     `on_instrument_m` - `on_obstacle_m` = `distance_m` * `normal`, also under penetration.
 
     Attributes:
-        distance_m: (n,) signed, below 0: this deep in the obstacle.
+        distance_m: (n,) signed distance; a negative distance is the depth in the obstacle.
         on_instrument_m: (n, 3) nearest, or deepest, point of the instrument's surface.
         on_obstacle_m: (n, 3) nearest point of the obstacle's surface.
-        normal: (n, 3) unit, from the obstacle to the instrument: the shortest way out.
+        normal: (n, 3) unit vector from the obstacle to the instrument: the shortest way out.
         arm: (n,) 0 left, 1 right.
         link: (n,) index into `PATCH_LINKS`.
-        other_link: (n,) of the right arm where that is the obstacle, -1 elsewhere. Such a pair
-            is there once, with the left arm as the instrument.
-        names: of all obstacles: "liver", "port wall", "right arm", and those of the chains.
+        other_link: (n,) link of the right arm where the right arm is the obstacle, -1 elsewhere.
+            Such a pair exists once, with the left arm as the instrument.
+        names: Names of all obstacles: "liver", "port wall", "right arm", and the chains' names.
         what: (n,) index into `names`.
-        foremost: (n,) of the capsules of a chain, those that are nearest or hardly farther.
-        within_m: the activation distance.
-        others_m: (4, 4) links of the left and right arm that are no pair are this far apart, or
-            farther; infinite for a pair.
-        links: where the instruments are.
+        foremost: (n,) mask of the capsules of a chain that are nearest or hardly farther.
+        within_m: The activation distance.
+        others_m: (4, 4) lower bounds of the distances between links of the left and right arm that
+            are no pair; infinite for a pair.
+        links: The links of both instruments.
     """
 
     distance_m: Array
@@ -71,17 +71,17 @@ class NearPairs:
     links: LinkCores
 
     def of(self, *names: str) -> NDArray[np.bool_]:
-        """Return (n,) whether the obstacle is one of these."""
+        """Return the mask (n,) of pairs whose obstacle has one of these names."""
         return _among(self.names, names)[self.what]
 
     @cached_property
     def sides(self) -> Indices:
-        """Return (2, n) the rows of each pair in `links`; one past the end for an obstacle."""
+        """Return the rows (2, n) of each pair in `links`; one past the end for an obstacle."""
         other = np.where(self.other_link == NO_LINK, 2 * N_LINK, N_LINK + self.other_link)
         return np.stack([N_LINK * self.arm + self.link, other])
 
     def pair(self, row: int) -> Pair:
-        """Return arm, link, obstacle and other link; the capsules of a chain are one obstacle."""
+        """Return arm, link, obstacle and other link; a chain's capsules are one obstacle."""
         return (
             int(self.arm[row]),
             int(self.link[row]),
@@ -91,7 +91,7 @@ class NearPairs:
 
 
 class CollisionModel:
-    """Near pairs of one patient and both arms; surfaces are built once and only moved later."""
+    """Finds near pairs of one patient and both arms; surfaces are built once, then only moved."""
 
     def __init__(self, rigid: RigidSurroundings, T_world_rcm: Array) -> None:
         """Build the surfaces; `T_world_rcm` (2, 4, 4) are the remote centres."""
@@ -121,7 +121,8 @@ class CollisionModel:
         """Return every pair nearer than `within_m`, at joints (2, 7).
 
         A link and a surface are one pair; a link and a chain have a pair for each capsule. A shaft
-        and the port wall are no pair: the shaft passes through it. Its wrist is checked instead.
+        and the port wall are no pair, because the shaft passes through the wall. The wrist is
+        checked instead.
         """
         links = self.cores(joints, instruments)
         moved_m = np.stack([surroundings.moved_m[name] for name in self._surfaces])
@@ -169,7 +170,7 @@ class CollisionModel:
 def _rows_between_arms(
     cores: Callable[[int], Core], near: NDArray[np.bool_], radius_m: Array, obstacle: int
 ) -> Iterator[tuple]:
-    """Yield rows of `CORE_GAP`."""
+    """Yield rows of `CORE_GAP` for pairs of links of both arms."""
     for link, other in np.transpose(near.nonzero()).tolist():
         between = gap(cores(link), cores(N_LINK + other))
         yield link, obstacle, other, *_in_m(between), radius_m[N_LINK + other], True
@@ -182,7 +183,7 @@ def _in_m(gap: Gap) -> tuple[float, Array, Array]:
 def _near_pairs(
     gaps: CoreGaps, links: LinkCores, names: tuple[str, ...], within_m: float, others_m: Array
 ) -> NearPairs:
-    """Add the radii to the gaps between cores."""
+    """Return the near pairs: the gaps between cores with the radii added."""
     radius_m = links.radius_m
     on_link, on_other = gaps["on_link_m"], gaps["on_other_m"]
     normal = (on_link - on_other) / gaps["apart_m"][:, None]
@@ -206,10 +207,10 @@ def _near_pairs(
 
 @cache
 def _among(names: tuple[str, ...], wanted: tuple[str, ...]) -> NDArray[np.bool_]:
-    """Return (n,) which names are wanted."""
+    """Return the mask (n,) of the wanted names."""
     return np.isin(names, wanted)
 
 
 def _distance_m(gaps: CoreGaps, radius_m: Array) -> Array:
-    """Return (n,) the distances between the surfaces; `radius_m` (8,) of the links."""
+    """Return the distances (n,) between the surfaces, given the links' radii (8,)."""
     return gaps["apart_m"] - radius_m[gaps["link"]] - gaps["other_radius_m"]

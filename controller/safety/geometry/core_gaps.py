@@ -1,4 +1,4 @@
-"""A table of the gaps between the links' cores and near obstacles: a row a pair."""
+"""Define a table of the gaps between the links' cores and near obstacles: one row per pair."""
 
 from __future__ import annotations
 

@@ -1,9 +1,9 @@
-"""The gap between two cores: by FCL while they are apart, by their Minkowski difference when not.
+"""Compute the gap between two cores: by FCL while apart, by the Minkowski difference when not.
 
-Cores are FCL models of one or two triangles, because FCL's distance of two triangles is a closed
-form, exact also for triangles without area. Its GJK, which it takes for boxes and for a shape and
-a mesh, is millimetres wrong where edges are parallel; its distance of triangles stops at "they
-touch", but the rounding radii carry the depth until then.
+Cores are FCL models of one or two triangles. FCL's distance of two triangles is a closed form,
+exact also for triangles without area. FCL uses GJK for boxes, and for a shape and a mesh. GJK is
+millimetres wrong where edges are parallel. The distance of triangles stops when they touch, but the
+rounding radii carry the depth until then.
 """
 
 from __future__ import annotations
@@ -24,9 +24,10 @@ _PARALLEL = 1e-9
 
 
 class Gap(NamedTuple):
-    """Between two bodies a and b, world frame: a_mm - b_mm = distance_mm * normal.
+    """The gap between two bodies a and b, world frame: a_mm - b_mm = distance_mm * normal.
 
-    The normal is from b to a. A distance below 0 is how far a must move along it to be out.
+    The normal points from b to a. For a distance below 0, body a must move along the normal by
+    this distance to be out.
     """
 
     distance_mm: float
@@ -40,7 +41,7 @@ class Core:
     __slots__ = ("body", "corners_mm")
 
     def __init__(self, corners_mm: Array, body: fcl.CollisionObject | None = None):
-        """Take the corners, and a `body` of the same place and shape, if made already."""
+        """Take the corners, and a `body` of the same place and shape, if it already exists."""
         self.corners_mm = corners_mm
         self.body = body or fcl.CollisionObject(triangles(corners_mm))
 
@@ -81,7 +82,7 @@ def nearest_points(
 ) -> tuple[float, Array, Array, int]:
     """Return, by FCL, the distance of two meshes, points of a and b (mm, world), triangle of b.
 
-    If they touch, the distance is 0 and the points have no meaning.
+    If the meshes touch, the distance is 0 and the points have no meaning.
     """
     result = fcl.DistanceResult()
     distance_mm = fcl.distance(a, b, _REQUEST, result)
@@ -98,8 +99,9 @@ def gap(a: Core, b: Core) -> Gap:
 def overlap(a: Core, b: Core) -> Gap:
     """Return the shortest way out of each other for two cores that touch.
 
-    a - b (Minkowski) is a zonotope: offset + sum t_k edge_k, t_k in [-1, 1], which holds the
-    origin. The way out crosses its nearest face, and a face lies square to two edges.
+    The Minkowski difference a - b is a zonotope: offset + sum t_k edge_k, t_k in [-1, 1]. The
+    zonotope contains the origin. The way out crosses the nearest face, and a face is square to two
+    edges.
     """
     edges = np.concatenate([a.edges_mm, b.edges_mm])
     offset = a.centre_mm - b.centre_mm
@@ -113,7 +115,7 @@ def overlap(a: Core, b: Core) -> Gap:
 
 
 def _face_normals(edges: Array) -> Array:
-    """Return (n, 3) unit normals of the zonotope's faces, both ways; for a line, two across."""
+    """Return unit normals (n, 3) of the zonotope's faces, both ways; for a line, two across."""
     pairs = np.array([np.cross(edges[i], edges[j]) for i, j in combinations(range(4), 2)])
     length = np.linalg.norm(pairs, axis=1)
     spread = length > _PARALLEL * (edges * edges).sum()
@@ -128,7 +130,7 @@ def _face_normals(edges: Array) -> Array:
 
 
 def _on_face(edges: Array, offset: Array, normal: Array) -> Array:
-    """Return (4,) t in [-1, 1] with offset + sum t_k edge_k = 0, lowest along the normal."""
+    """Return t (4,) in [-1, 1] with offset + sum t_k edge_k = 0, lowest along the normal."""
     rise = edges @ normal
     free = np.abs(rise) <= _PARALLEL * np.abs(edges).sum()
     shares = np.where(free, 0.0, -np.sign(rise))

@@ -1,8 +1,9 @@
-"""The instruments as rounded cores: a line or a flat plate, and everything within a radius of it.
+"""Represent instruments as rounded cores: a line or a flat plate, and all points within a radius.
 
-The touching surfaces of `tissue_sim.tools.instruments`, but whole: the shaft back to its port, the
-fingers back to their pivot. Distances between rounded bodies are those between their cores less
-both radii, which holds under penetration too, as deep as the cores stay apart.
+The bodies are the touching surfaces of `tissue_sim.tools.instruments`, but whole: the shaft back to
+its port, the fingers back to their pivot. The distance between rounded bodies is the distance
+between their cores less both radii. This holds under penetration too, as deep as the cores stay
+apart.
 """
 
 from __future__ import annotations
@@ -36,15 +37,15 @@ _Z_ALONG_X = np.array([[0.0, 0.0, 1.0], [0.0, 1.0, 0.0], [-1.0, 0.0, 0.0]])
 
 @dataclass(frozen=True, kw_only=True)
 class LinkCores:
-    """Both instruments: a row a link, left arm first, each arm in the order of `PATCH_LINKS`.
+    """Both instruments: one row per link, left arm first, each arm in `PATCH_LINKS`' order.
 
     A core is a box without height: {centre + R_world_core p, |p| <= half size}.
 
     Attributes:
-        centre_m: (8, 3), world frame.
-        R_world_core: (8, 3, 3).
-        half_size_m: (8, 3) x is 0 for shaft and wrist, y for all.
-        radius_m: (8,).
+        centre_m: (8, 3) centres, world frame.
+        R_world_core: (8, 3, 3) rotations.
+        half_size_m: (8, 3) half sizes; x is 0 for shaft and wrist, y for all.
+        radius_m: (8,) radii.
     """
 
     centre_m: Array
@@ -59,12 +60,12 @@ class LinkCores:
         return Slabs(low_m=middle - half, high_m=middle + half)
 
     def lowest_m(self, links: Indices, directions: Array) -> Array:
-        """Return (n,) the lowest extent of cores `links` (n,) along their directions (n, 3)."""
+        """Return the lowest extent (n,) of cores `links` (n,) along their directions (n, 3)."""
         return np.vecdot(self.corners_m[links], directions[:, None]).min(axis=1)
 
     @cached_property
     def corners_m(self) -> Array:
-        """Return corners (8, 4, 3), world frame; those of a line are pairs of equal points."""
+        """Return corners (8, 4, 3), world frame; corners of a line are pairs of equal points."""
         edges = self.R_world_core[:, :, ::2] * self.half_size_m[:, None, ::2]
         return self.centre_m[:, None] + _SIGNS @ edges.swapaxes(1, 2)
 
@@ -102,16 +103,17 @@ def most_motion_m(
     """Return bounds on the motion of any core point along a straight joint path, and on its bend.
 
     Args:
-        start: (2, 7) joints.
-        end: (2, 7) joints.
-        instruments: on the left and right arm.
+        start: (2, 7) joints at the start.
+        end: (2, 7) joints at the end.
+        instruments: Instruments on the left and right arm.
 
     Returns:
-        (8,) lengths of the way: each joint moves a point by its own change times the point's
-        distance from its axis, which the link lengths bound; the changes add up at most.
-        (8,) second derivatives by the share of the way: an earlier joint turns what a later one
-        does to a point, which is no more than the later one's change times its distance. A jaw
-        that starts to open, or is closed, on the way strays from its chord as if it bent so much.
+        (8,) lengths of the way. Each joint moves a point by the joint's change times the point's
+        distance from the axis. The link lengths bound this distance. The changes at most add up.
+        (8,) second derivatives by the share of the way. An earlier joint turns the motion that a
+        later joint gives a point. That motion is at most the later joint's change times the
+        distance. A jaw that starts to open, or is closed, on the way strays from its chord as if
+        it bent so much.
     """
     most, least = np.maximum(start, end), np.minimum(start, end)
     depth_m = np.maximum(
@@ -173,9 +175,10 @@ def _radii_m(instruments: tuple[Instrument, ...]) -> Array:
 
 @cache
 def _levers_m(instruments: tuple[Instrument, ...]) -> Array:
-    """Return (2, 4, 7) largest distances of links from joint axes; 1 for the insertion.
+    """Return the largest distances (2, 4, 7) of links from joint axes; 1 for the insertion.
 
-    The wrist is at the remote centre; deeper, the axes there are farther by that depth: `_DEEP`.
+    The wrist is at the remote centre. Deeper in the body, the axes there are farther by the depth,
+    as in `_DEEP`.
     """
     levers = []
     for instrument in instruments:

@@ -1,4 +1,4 @@
-"""The abdominal wall from inside. The simulator neither draws it nor lets it touch anything."""
+"""Define the abdominal wall from inside, which the simulator neither draws nor checks."""
 
 from __future__ import annotations
 
@@ -14,9 +14,10 @@ HALF_SIZE_M = 0.30  # farther than an instrument reaches from its port
 def port_wall(ports_world_m: Array) -> RigidSurface:
     """Return the wall around two ports (2, 3); the world's origin is inside.
 
-    Assumed flat, as an inflated abdomen is within centimetres of the ports. It has no holes:
-    shafts are not checked against it, and a wrist stays farther inside than its cannula. Through a
-    hole the other instrument could leave and be behind the wall without a warning.
+    The wall is assumed flat, as an inflated abdomen is within centimetres of the ports. The wall
+    has no holes: shafts are not checked against it, and a wrist stays farther inside than its
+    cannula. Through a hole the other instrument could leave, and be behind the wall without a
+    warning.
     """
     middle = ports_world_m.mean(axis=0)
     outward, across = unit(middle), unit(ports_world_m[1] - middle)

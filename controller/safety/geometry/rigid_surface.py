@@ -1,4 +1,4 @@
-"""A rigid surface with tissue behind it: signed distances of cores by a BVH that is built once."""
+"""Compute signed distances of cores to a rigid surface over tissue, by a BVH built once."""
 
 from __future__ import annotations
 
@@ -19,11 +19,11 @@ PATCH = 500  # triangles at most
 
 @dataclass(frozen=True, kw_only=True)
 class RigidSurface:
-    """Triangles, counter-clockwise seen from the free side. An open edge has no inside.
+    """Triangles, counter-clockwise as viewed from the free side; an open edge has no inside.
 
     Attributes:
-        points_m: (n, 3), world frame.
-        triangles: (n_triangle, 3).
+        points_m: (n, 3) points, world frame.
+        triangles: (n_triangle, 3) indices of the points.
     """
 
     points_m: Array
@@ -31,7 +31,7 @@ class RigidSurface:
 
 
 class SurfaceModel:
-    """Signed distances to one surface, which may move but not turn."""
+    """Computes signed distances to one surface, which may move but not turn."""
 
     def __init__(self, surface: RigidSurface) -> None:
         points, triangles = surface.points_m, surface.triangles
@@ -47,13 +47,13 @@ class SurfaceModel:
         self.move(np.zeros(3))
 
     def move(self, moved_m: Array) -> None:
-        """Place the surface this far (3,) from its original points, world frame."""
+        """Place the surface at this displacement (3,) from its original points, world frame."""
         self._body.setTranslation(MM * moved_m)
 
     def slabs(self, directions: Array) -> Slabs:
-        """Return slabs (n, k) of n patches at their original place, with all that is behind them.
+        """Return slabs (n, k) of n patches at their original place, with the tissue behind them.
 
-        A hollow is outside of all patches, but would be inside of one body around the whole.
+        A hollow is outside of all patches, but would be inside one body around the whole surface.
         """
         along, faces = self._points_m @ directions.T, directions @ self.outward
         patches = [along[np.unique(patch)] for patch in _patches(self._points_m, self._triangles)]
@@ -64,7 +64,7 @@ class SurfaceModel:
         return Slabs(low_m=low, high_m=high)
 
     def gap(self, core: Core) -> Gap:
-        """Return the gap between a core and the surface; inside, that of its deepest point."""
+        """Return the gap between a core and the surface; inside, the gap of its deepest point."""
         distance_mm, on_core, on_surface, triangle = nearest_points(core.body, self._body)
         if distance_mm > TOUCHING_MM and self._is_outside(on_core - on_surface, triangle):
             return Gap(distance_mm, on_core, on_surface)
@@ -72,7 +72,7 @@ class SurfaceModel:
         return min((self._gap_of_point(point) for point in points), key=lambda g: g.distance_mm)
 
     def _gap_of_point(self, point_mm: Array) -> Gap:
-        """Return the gap of a point, outside or behind; on the surface it counts as behind."""
+        """Return the gap of a point, outside or behind; a point on the surface is behind."""
         point = Core(np.stack([point_mm, point_mm]))
         distance_mm, _, on_surface, triangle = nearest_points(point.body, self._body)
         if distance_mm <= TOUCHING_MM:
@@ -85,7 +85,7 @@ class SurfaceModel:
 
 
 def _patches(points_m: Array, triangles: NDArray[np.integer]) -> list[NDArray[np.integer]]:
-    """Split the triangles in halves, across their longest extent, until each part is small."""
+    """Return small parts of the triangles, split in halves across their longest extent."""
     if len(triangles) <= PATCH:
         return [triangles]
     centres = points_m[triangles].mean(axis=1)

@@ -1,8 +1,8 @@
-"""The gaps between the links' cores and line segments, in closed form: a Warp kernel.
+"""Compute the gaps between the links' cores and line segments, in closed form, by a Warp kernel.
 
-The squared distance to a box is convex along a segment, and its slope is piecewise linear with
-bends in the planes of the faces: the minimum lies between the bends, or ends, where the slope
-changes its sign.
+The squared distance to a box is convex along a segment. Its slope is piecewise linear, with bends
+in the planes of the faces. The minimum lies between the bends, or ends, where the slope changes its
+sign.
 """
 
 from __future__ import annotations
@@ -107,7 +107,7 @@ class _Workspace:
 
 @cache
 def _workspace(n_segment: int, thread: int) -> _Workspace:
-    """Return a thread's own workspace: another thread may launch while results are read."""
+    """Return a thread's own workspace, because another thread may launch while results are read."""
     return _Workspace(n_segment)
 
 
@@ -117,11 +117,14 @@ def segment_gaps(
     """Return the gaps between the links' cores and segments from start to end (n, 3), world frame.
 
     Args:
-        within_m: (8, n) pairs that are farther apart need no gap.
+        links: The links of both instruments.
+        start_m: (n, 3) starts of the segments.
+        end_m: (n, 3) ends of the segments.
+        within_m: (8, n) distances; pairs that are farther apart need no gap.
 
     Returns:
-        (8, n) distances, infinite where there is no need; (8, n, 3) nearest points of the cores;
-        and of the segments. The next call overwrites them.
+        (8, n) distances, infinite where there is no need. (8, n, 3) nearest points of the cores,
+        and of the segments. The next call overwrites all three arrays.
     """
     work = _workspace(len(start_m), get_ident())
     values = links.centre_m, links.R_world_core, links.half_size_m, start_m, end_m, within_m

@@ -1,6 +1,7 @@
-"""The extent of bodies along given directions, for lower bounds of all their distances at once.
+"""Compute the extent of bodies along directions, for lower bounds of all their distances at once.
 
-Klosowski et al., "Efficient collision detection using bounding volume hierarchies of k-DOPs", 1998.
+Source: Klosowski et al., "Efficient collision detection using bounding volume hierarchies of
+k-DOPs", 1998.
 """
 
 from __future__ import annotations
@@ -15,7 +16,7 @@ from tissue_sim.frames import Array
 
 @dataclass(frozen=True, kw_only=True)
 class Slabs:
-    """The extent of n bodies along each of k directions, m; (n, k)."""
+    """The extent (n, k) of n bodies along each of k directions, m."""
 
     low_m: Array
     high_m: Array
@@ -34,7 +35,7 @@ class Slabs:
 
 
 def joined(parts: Sequence[Slabs]) -> Slabs:
-    """Join the bodies of all parts."""
+    """Return the slabs of the bodies of all parts."""
     low, high = (np.concatenate([getattr(s, f) for s in parts]) for f in ("low_m", "high_m"))
     return Slabs(low_m=low, high_m=high)
 

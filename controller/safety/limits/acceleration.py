@@ -1,4 +1,4 @@
-"""Joints accelerate only as fast as they can without shaking the arm; they may always brake."""
+"""Limit the joints' acceleration, so that the arm does not shake; joints may always brake."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ RISE_S = 0.05  # from rest to full speed, assumed
 
 @dataclass(frozen=True, kw_only=True)
 class Acceleration:
-    """Limits the gain of speed. A motion may stop at once, so no other limit conflicts with it."""
+    """Limits the gain of speed; a motion may stop at once, so no other limit conflicts."""
 
     name: str = "acceleration"
 

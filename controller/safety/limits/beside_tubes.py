@@ -1,4 +1,4 @@
-"""An arm that touches tissue moves slowly while a tube is beside an instrument."""
+"""Slow an arm that touches tissue while a tube is beside an instrument."""
 
 from __future__ import annotations
 
@@ -12,13 +12,13 @@ from controller.safety.limits.joint_speed import OF_BOTH_ARMS
 from controller.safety.limits.tissue_force import FELT_N
 from controller.safety.situation import Situation
 
-BESIDE_M = 0.004  # about how far a tube moves in a control step when it springs loose
+BESIDE_M = 0.004  # approximate motion of a tube in a control step when it springs loose
 SHARE = 0.01  # of the joints' speed: the tip's is some 2 mm/s
 
 
 @dataclass(frozen=True, kw_only=True)
 class SlowBesideTubes:
-    """Slows arms that touch tissue: tubes move with it, and may swing onto a nearby instrument.
+    """Slows arms that touch tissue: tubes move along, and may swing onto a nearby instrument.
 
     Working jaws close and open at full speed.
     """

@@ -1,4 +1,4 @@
-"""Joints stay within their range."""
+"""Keep joints within their range."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from tissue_sim.tools.psm import joint_limits
 
 @dataclass(frozen=True, kw_only=True)
 class JointRange:
-    """Keeps joints in range; one that is out of range (a tool was exchanged) may come back."""
+    """Keeps joints in range; a joint out of range (a tool was exchanged) may come back."""
 
     name: str = "joint range"
 
@@ -28,6 +28,6 @@ class JointRange:
 
 @cache
 def _range(instruments: tuple[Instrument, ...]) -> Array:
-    """Return (2, 14) lower and upper limits, the jaw last of each arm."""
+    """Return lower and upper limits (2, 14), the jaw last of each arm."""
     arms = [np.vstack([joint_limits(i), i.jaw_range_rad]) for i in instruments]
     return np.concatenate(arms).T

@@ -1,4 +1,4 @@
-"""Joints are no faster than their motors and gears."""
+"""Limit the joints' speeds to those of their motors and gears."""
 
 from __future__ import annotations
 

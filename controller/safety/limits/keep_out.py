@@ -1,4 +1,4 @@
-"""Instruments stay out of obstacles, and move out if they are inside."""
+"""Keep instruments out of obstacles, and move them out if they are inside."""
 
 from __future__ import annotations
 
@@ -20,17 +20,17 @@ from tissue_sim.tools.instruments import Instrument
 KEEP_OUT = "keep-out"
 MARGIN_M = 0.0005  # assumed: more than the arms give way and lag
 TUBE_MARGIN_M = 0.001  # assumed: of a cystic tube, which moves by itself
-STEADY = FIRM | frozenset(AT_RISK)  # the ligament holds what is at risk
+STEADY = FIRM | frozenset(AT_RISK)  # the ligament holds the structures at risk
 TIME_CONSTANT_S = 0.1  # assumed: at 1 cm from the margin 0.1 m/s
-LEAVE_M_S = 0.01  # how fast an instrument moves out, assumed
+LEAVE_M_S = 0.01  # speed at which an instrument moves out, assumed
 
 
 @dataclass(frozen=True, kw_only=True)
 class KeepOut:
-    """Keeps instruments out of everything that `exemption` does not exempt.
+    """Keeps instruments out of every obstacle that `exemption` does not exempt.
 
     The distance to the margin shrinks by no more than a share of itself in a step. Within the
-    margin an instrument leaves by the shortest way, or, if it cannot, goes no deeper.
+    margin an instrument leaves by the shortest way. If it cannot leave, it goes no deeper.
     """
 
     name: str = KEEP_OUT
@@ -53,7 +53,7 @@ class KeepOut:
 
 
 class PairNames(Sequence[str]):
-    """Tells of near pairs what was kept off what, on demand."""
+    """Describes near pairs in words on demand: the instrument and the obstacle."""
 
     def __init__(
         self,

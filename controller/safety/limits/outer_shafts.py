@@ -1,4 +1,4 @@
-"""The shafts stay apart outside the body too: they approach there when the tips move apart."""
+"""Keep the shafts apart outside the body, where they approach when the tips move apart."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ TIME_CONSTANT_S = 0.1  # assumed, as in `keep_out`
 
 @dataclass(frozen=True, kw_only=True)
 class OuterShafts:
-    """Lets the gap to the margin shrink by no more than a share of itself a step; first order."""
+    """Lets the gap to the margin shrink by at most a share of itself per step; first order."""
 
     name: str = "outer shafts"
 

@@ -1,4 +1,4 @@
-"""The shaft passes through the remote centre, and the wrist stays inside the body."""
+"""Keep the shaft at the remote centre, and the wrist inside the body."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ _ROWS, _WHAT = EACH_JOINT[_INSERTION::7], JOINTS[_INSERTION::7]
 
 @dataclass(frozen=True, kw_only=True)
 class RemoteCentre:
-    """Keeps the wrist inside; stops an arm whose measured shaft is beside its remote centre."""
+    """Keeps the wrist inside, and stops an arm whose measured shaft is off its remote centre."""
 
     name: str = "remote centre"
 

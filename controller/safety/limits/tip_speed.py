@@ -1,4 +1,4 @@
-"""Tips are no faster than a surgeon can follow."""
+"""Limit the tips' speed to a speed that a surgeon can follow."""
 
 from __future__ import annotations
 
@@ -12,14 +12,15 @@ from tissue_sim.frames import Array
 
 TIP_SPEED_M_S = 0.2  # assumed: fast for a hand in surgery
 _NAMES = tuple(f"{arm} tip{aside}" for arm in ARMS for aside in ("", " aside", " aside"))
-ASIDE = 0.1  # share of the speed square to the motion asked for; lengthens it by 1 % at most
+ASIDE = 0.1  # share of the speed square to the requested motion; lengthens it by 1 % at most
 
 
 @dataclass(frozen=True, kw_only=True)
 class TipSpeed:
-    """Limits the tip's speed along the motion asked for, and more strictly to its sides.
+    """Limits the tip's speed along the requested motion, and more strictly to its sides.
 
-    To first order: a step that turns the wrist at full speed moves the tip up to 40 % farther.
+    The limit holds to first order: a step that turns the wrist at full speed moves the tip up to
+    40 % farther.
     """
 
     name: str = "tip speed"
@@ -30,6 +31,6 @@ class TipSpeed:
 
 
 def tip_box(situation: Situation, most_m: Array) -> Bounds:
-    """Return bounds on how far each tip (2,) moves in the step."""
+    """Return bounds on the displacement of each tip (2,) in the step."""
     most = (most_m[:, None] * [1.0, ASIDE, ASIDE]).ravel()
     return between(situation.arms.tip_rows, -most, most, _NAMES)

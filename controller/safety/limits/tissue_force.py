@@ -1,4 +1,4 @@
-"""Instruments pull, push and pinch no harder than tissue can bear."""
+"""Limit pull, push and pinch of instruments to forces that tissue can bear."""
 
 from __future__ import annotations
 

@@ -1,1 +1,1 @@
-"""What does the safety filter see: where the obstacles are, and what the jaws hold?"""
+"""Which obstacles, and which structures between the jaws, follow from the observation?"""

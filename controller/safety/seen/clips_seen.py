@@ -1,4 +1,4 @@
-"""Are there clips enough for a cut, and room beside them? From the observation alone."""
+"""Decide from the observation alone whether a cut has enough clips, and room beside them."""
 
 from __future__ import annotations
 
@@ -23,13 +23,13 @@ from tissue_sim.tools.arms import RIGHT_ARM
 from tissue_sim.tools.clip_size import CLIP_WIDTH_M
 
 SURE = 2.0  # standard deviations of a tube's length; assumed
-UNSURE = 0.5  # standard deviations of a clip's place, by which it may lie farther away; assumed
+UNSURE = 0.5  # standard deviations by which a clip may lie farther away; assumed
 
 
 def lacking_clips(seen: Observation) -> frozenset[str]:
-    """Return the structures that lack clips for a cut; those at risk always do.
+    """Return the structures that lack clips for a cut; structures at risk always do.
 
-    A third clip is demanded only where a tube surely has room for it.
+    A third clip is required only where a tube surely has room for it.
     """
     bare = {
         structure_seen(tube, seen)
@@ -40,9 +40,9 @@ def lacking_clips(seen: Observation) -> frozenset[str]:
 
 
 def crowded_by_clips(seen: Observation, between: frozenset[str]) -> frozenset[str]:
-    """Return those of the structures between the right jaws on which a clip is too near.
+    """Return the structures between the right jaws on which a clip is too near.
 
-    A clip must be `CLIP_MIN_GAP_M` from the next one, a cut leaves `CUFF_MIN_M` beside it.
+    A clip must be `CLIP_MIN_GAP_M` from the next clip; a cut leaves `CUFF_MIN_M` beside a clip.
     """
     cuts = seen.tools[RIGHT_ARM] == SCISSORS
     if not (cuts or seen.clip_loaded):
@@ -56,7 +56,7 @@ def crowded_by_clips(seen: Observation, between: frozenset[str]) -> frozenset[st
 
 
 def _to_clip_m(tube: Tube, seen: Observation) -> float:
-    """Return how far the right jaws' plane may be from the next clip on a tube at rest, m."""
+    """Return the possible distance of the right jaws' plane to the next clip, tube at rest, m."""
     row = TUBES.index(tube)
     line = (seen.left_tube_m, seen.right_tube_m)[row]
     reach_m, _ = MOUTHS[seen.tools[RIGHT_ARM]]

@@ -1,4 +1,4 @@
-"""Which structures lie between the right tool's jaws? From the observation alone."""
+"""Find the structures between the right tool's jaws, from the observation alone."""
 
 from __future__ import annotations
 
@@ -20,8 +20,8 @@ _ACROSS, _ALONG = np.linspace(-1.0, 1.0, 3), np.linspace(0.0, 1.0, 5)
 def between_jaws_seen(seen: Observation, before: frozenset[str] = NOTHING) -> frozenset[str]:
     """Return the names of the structures that the jaws would close on.
 
-    The gallbladder's wall was between them before if `before` has it: then it stays until it is
-    surely out, so that the flicker of what is seen opens no lock.
+    If `before` names the gallbladder, its wall was between the jaws before. Then the wall counts as
+    between them until it is surely out, so that the observation's flicker opens no lock.
     """
     T_tool_endoscope = inverse_pose(seen.tips_endoscope[RIGHT_ARM])
     reach_m, width_m = MOUTHS[seen.tools[RIGHT_ARM]]
@@ -57,7 +57,10 @@ def sac_within(axis: Array, radius_m: Array, reach_m: float, width_m: float) -> 
     """Return whether part of the gallbladder lies where the closing jaws meet.
 
     Args:
-        axis: (5, 3) of the infundibulum, tool frame; its wall is as far from it as `radius_m` (5,).
+        axis: (5, 3) points of the infundibulum's axis, tool frame.
+        radius_m: (5,) distances of the wall from these points.
+        reach_m: Reach of the jaws.
+        width_m: Width of the jaws.
     """
     grid = np.meshgrid(
         0.5 * width_m * _ACROSS, SAC_HALF_GAP_M * _ACROSS, -reach_m * _ALONG, indexing="ij"

@@ -1,4 +1,4 @@
-"""Where the obstacles are, from the observation alone: tubes and structures at risk as capsules."""
+"""Place the obstacles, from the observation alone: tubes and structures at risk as capsules."""
 
 from __future__ import annotations
 
@@ -16,9 +16,9 @@ from tissue_sim.sensing.observation import POINTS, TRUNK_POINTS, Observation
 
 TRUNKS = {COMMON_DUCT: "common_bile_duct_m", HEPATIC_ARTERY: "hepatic_artery_m"}
 FINE = 12  # capsules along a structure at risk
-BESIDE_M = 0.003  # a point this near to the branch tells nothing more of the line
-UNSURE = 1.0  # standard deviations by which what is uncertain is thicker
-MOST_M = 0.0015  # by which it is thicker at most; assumed
+BESIDE_M = 0.003  # a point this near to the branch adds nothing to the line
+UNSURE = 1.0  # standard deviations by which an uncertain structure is thicker
+MOST_M = 0.0015  # by which a structure is thicker at most; assumed
 _EVENLY = np.linspace(0.0, 1.0, FINE + 1)
 _STARTS = dict(zip(POINTS, np.cumsum([0, *POINTS.values()]).tolist(), strict=False))
 
@@ -30,7 +30,7 @@ class ObstaclesSeen:
         self._body = BodyPlace()
 
     def follow(self, seen: Observation) -> Surroundings:
-        """Return where the obstacles are now, world frame."""
+        """Return the present places of the obstacles, world frame."""
         lines = lines_seen(seen)
         to_world = seen.T_world_endoscope
         pieces = [_capsules(line) for line in lines.values()]
@@ -44,7 +44,7 @@ class ObstaclesSeen:
         return Surroundings(moved_m=moved_m, capsules=capsules)
 
     def _moved_m(self, seen: Observation) -> Array:
-        """Return how far (3,) the body has moved: the ends of the structures at risk hold to it."""
+        """Return the body's displacement (3,), from the fixed ends of the structures at risk."""
         ends = [
             points[k] for points in (getattr(seen, n) for n in TRUNKS.values()) for k in (0, -1)
         ]
@@ -59,10 +59,10 @@ class LineSeen:
     """The centreline of a structure, endoscope frame.
 
     Attributes:
-        points_m: (n, 3).
-        radius_m: outer.
-        std_m: (n,) how uncertain the points are.
-        severed: it is in two parts.
+        points_m: (n, 3) points.
+        radius_m: Outer radius.
+        std_m: (n,) standard deviations of the points.
+        severed: Whether the structure is in two parts.
     """
 
     points_m: Array
@@ -99,8 +99,9 @@ def _std_m(seen: Observation, name: str) -> Array:
 def trunk_line(points: Array, branch: Array, radius_m: float) -> Array:
     """Return a smooth line (`FINE` + 1, 3) through points (4, 3) of a structure at risk.
 
-    It also passes under the branch's first point, which lies on its wall: the branch may draw it
-    out there. A cubic spline over the chords' length; where all is seen in one place, that place.
+    The line also passes under the branch's first point, which lies on the structure's wall: the
+    branch may draw the structure out there. The line is a cubic spline over the chords' length. If
+    all points are observed in one place, the line is that place.
     """
     along = unit(points[2] - points[1])
     leaves = branch[1] - branch[0]
@@ -118,8 +119,8 @@ def trunk_line(points: Array, branch: Array, radius_m: float) -> Array:
 def spline(at: Array, points: Array, wanted: Array) -> Array:
     """Return a cubic spline through points (n, 3), n at most 5, at the wanted parameters.
 
-    Not a knot in the last point but one at either end: of five points only the middle one is. For
-    so few points this takes a tenth of the time of SciPy's spline, which is the same.
+    The last point but one at either end is not a knot: of five points only the middle point is. For
+    so few points this function takes a tenth of the time of SciPy's identical spline.
     """
     n = len(points)
     coefficients = np.linalg.solve(_powers(at, at, n), points)
@@ -127,7 +128,7 @@ def spline(at: Array, points: Array, wanted: Array) -> Array:
 
 
 def _powers(t: Array, at: Array, n: int) -> Array:
-    """Return (len(t), n) powers of t, the fifth from the middle knot on."""
+    """Return the powers (len(t), n) of t, the fifth from the middle knot on."""
     powers = [np.ones(len(t)), t, t * t, t * t * t]
     if n == TRUNK_POINTS + 1:
         powers.append(np.maximum(t - at[2], 0.0) ** 3)
@@ -135,7 +136,7 @@ def _powers(t: Array, at: Array, n: int) -> Array:
 
 
 def _capsules(line: LineSeen) -> tuple[Array, Array, Array]:
-    """Return starts, ends and radii of capsules; what is uncertain is thicker.
+    """Return starts, ends and radii of capsules; uncertain capsules are thicker.
 
     The longest piece of a severed tube's line spans its cut: each stump takes half a usual piece.
     """

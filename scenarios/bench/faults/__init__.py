@@ -1,1 +1,1 @@
-"""Does anything hurt that is tampered with? Inputs are made from good ones by chance."""
+"""Does tampered input do harm? Tampered inputs are random changes of good ones."""

@@ -1,4 +1,4 @@
-"""Edits by chance: of bytes, as by a bad disk, and of JSON, as by somebody who tries."""
+"""Random edits: of bytes, like those of a bad disk, and of JSON, like those of an attacker."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ def flipped(content: bytes, chance: np.random.Generator) -> bytes:
 
 
 def restructured(tree: Any, chance: np.random.Generator) -> Any:
-    """Return a JSON value with one of its parts removed, or replaced by something nasty."""
+    """Return a JSON value with one of its parts removed or replaced by an invalid value."""
     edited = deepcopy(tree)
     places = list(_places(edited))
     if not places:
@@ -45,7 +45,7 @@ def restructured(tree: Any, chance: np.random.Generator) -> Any:
 
 
 def _places(node: Any) -> Iterator[tuple[Any, Any]]:
-    """Yield each part of a value as its parent and its key; a part of the surface twice."""
+    """Yield each part of a value as its parent and its key; parts of the top level come twice."""
     keys = node if isinstance(node, dict) else range(len(node)) if isinstance(node, list) else ()
     for key in keys:
         yield node, key

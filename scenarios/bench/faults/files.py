@@ -1,4 +1,4 @@
-"""Files that are tampered with: recordings, evaluations, checkpoints, scripts, data, states."""
+"""Files to tamper with: recordings, evaluations, checkpoints, scripts, data sets, world states."""
 
 from __future__ import annotations
 
@@ -79,12 +79,12 @@ def recording(folder: Path) -> Target:
 
 
 def _result(result: dict[str, Any] | None) -> dict[str, Any]:
-    """Return a result without what depends on the speed of the machine."""
+    """Return a result without the fields that depend on the speed of the machine."""
     return {name: value for name, value in (result or {}).items() if name not in BY_THE_CLOCK}
 
 
 def _write_recording(file: Path, good: bytes, chance: np.random.Generator) -> None:
-    """Flip bytes, or edit the parts; the hash of an edited one fits."""
+    """Flip bytes, or edit the parts; an edited recording gets a hash that fits."""
     file.write_bytes(good)
     if chance.random() > BY_STRUCTURE:
         file.write_bytes(flipped(good, chance))
@@ -118,7 +118,7 @@ def _edit_array(arrays: dict[str, np.ndarray], chance: np.random.Generator) -> N
 
 
 def evaluation(folder: Path) -> Target:
-    """Return an evaluation of two patients who need a person, and its resuming."""
+    """Return an evaluation of two patients who need a person, and the command that resumes it."""
     arm = arm_from_text("first=scripted+idle,sense=exact")
     plan = Plan(arms=(arm,), suites=(suite_of("short-duct"),), seeds=range(10_000, 10_002))
     open_folder(folder, plan.arms)
@@ -194,7 +194,7 @@ def controller(folder: Path) -> Target:
 
 
 def script(folder: Path) -> Target:
-    """Return a script of `--instruct`; another text is another script, and no result."""
+    """Return a script of `--instruct`; a changed text is another script, which is no fault."""
     lines = ["0.5\tmove right arm higher", '{"time_s": 1.5, "text": "stop"}', "2\tgo on"]
     content = "\n".join(lines).encode()
 
@@ -242,7 +242,7 @@ def _write(file: Path, content: bytes) -> None:
 
 
 def state(folder: Path) -> Target:
-    """Return a world's saved state; another state that can be is no result."""
+    """Return a world's saved state; another possible state is no fault."""
     del folder
     world = World()
     world.reset(anatomy_from_seed(10_003))
@@ -286,4 +286,4 @@ FILES: dict[str, Callable[[Path], Target]] = {
     "dataset": dataset,
     "state": state,
 }
-"""Makes each target in a folder of its own; a new one is a function, and a line here."""
+"""The functions that make each target in a folder of its own; a new target is one more entry."""

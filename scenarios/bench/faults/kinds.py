@@ -1,4 +1,4 @@
-"""The kinds of faults of `calot bench faults`; a new one is a function, and a line here."""
+"""The kinds of faults of `calot bench faults`; a new kind is a function, and a line in `KINDS`."""
 
 from __future__ import annotations
 
@@ -19,8 +19,8 @@ class Kind:
     """A kind of faults.
 
     Attributes:
-        tally: tries a number of faults of a seed, and returns a tally for each target.
-        inputs: how many, where nobody says.
+        tally: Tries a number of faults of a seed, and returns a tally for each target.
+        inputs: Default number of inputs.
     """
 
     tally: Callable[[int, int], dict[str, Tally]]
@@ -28,7 +28,7 @@ class Kind:
 
 
 def tampered_files(inputs: int, seed: int) -> dict[str, Tally]:
-    """Try tampered files, as many of each kind of file."""
+    """Try tampered files, the same number of each kind of file."""
     tallies = {}
     for name, make in FILES.items():
         with TemporaryDirectory(prefix="calot-faults-") as folder:
@@ -37,12 +37,12 @@ def tampered_files(inputs: int, seed: int) -> dict[str, Tally]:
 
 
 def hostile_texts(inputs: int, seed: int) -> dict[str, Tally]:
-    """Try texts, as many of each kind."""
+    """Try hostile texts, the same number of each kind."""
     return {name: tried(make(), -(-inputs // len(TEXTS)), seed) for name, make in TEXTS.items()}
 
 
 def hurt_commands(inputs: int, seed: int) -> dict[str, Tally]:
-    """Hurt running commands: kills, signals, a full disk, a folder that vanishes."""
+    """Interfere with running commands: kills, signals, a full disk, a folder that vanishes."""
     tallies: dict[str, Tally] = {}
     for fault in process_faults(seed, inputs):
         tally = tallies.setdefault(fault.command, Tally())
@@ -53,7 +53,7 @@ def hurt_commands(inputs: int, seed: int) -> dict[str, Tally]:
 
 
 def hostile_clients(inputs: int, seed: int) -> dict[str, Tally]:
-    """Send a page what no browser would."""
+    """Send a page requests that no browser would send."""
     tallies: dict[str, Tally] = {}
     for ended, count in page_faults(seed, inputs).items():
         client, _, outcome = ended.partition(": ")
@@ -73,4 +73,4 @@ KINDS: dict[str, Kind] = {
     "clients": Kind(tally=hostile_clients, inputs=500),
     "processes": Kind(tally=hurt_commands, inputs=60),
 }
-"""The bench of what must not hurt."""
+"""The kinds of faults that `calot bench faults` can try, by name."""

@@ -1,4 +1,4 @@
-"""Texts of an attacker and of a recogniser: stops in disguise, and what is no sentence."""
+"""Texts of an attacker and of a speech recogniser: disguised stops, and noise without meaning."""
 
 from __future__ import annotations
 
@@ -45,7 +45,7 @@ DISGUISES: tuple[Disguise, ...] = (
 
 
 def stops_in_disguise() -> Target:
-    """Return warnings that are written to pass for something else; each must hold the arms."""
+    """Return disguised warnings; each of them must hold the arms."""
     return _target(
         lambda chance: _drawn(chance, DISGUISES)(str(chance.choice(STOPS)), chance),
         lambda reading: not (reading.command is not None and holds(reading.command.text)),
@@ -53,7 +53,7 @@ def stops_in_disguise() -> Target:
 
 
 def noise() -> Target:
-    """Return letters by chance and what recognisers write on silence; nothing may move an arm."""
+    """Return random letters and a recogniser's output on silence; none of them may move an arm."""
     return _target(
         lambda chance: str(chance.choice(STOCK)) if chance.random() < 0.3 else _letters(chance),
         lambda reading: reading.command is not None and reading.command.moves,
@@ -74,7 +74,7 @@ def _drawn(chance: np.random.Generator, disguises: tuple[Disguise, ...]) -> Disg
 
 
 def _letters(chance: np.random.Generator) -> str:
-    """Return up to 2,000 characters of all planes, some of them brackets, digits and spaces."""
+    """Return up to 2,000 characters of all Unicode planes, with brackets, digits and spaces."""
     codes = np.where(
         chance.random(n := int(chance.integers(2000))) < 0.5,
         chance.integers(0x20, 0x7F, n),
@@ -84,4 +84,4 @@ def _letters(chance: np.random.Generator) -> str:
 
 
 TEXTS: dict[str, Callable[[], Target]] = {"stops in disguise": stops_in_disguise, "noise": noise}
-"""A new kind of text is a function, and a line here."""
+"""The functions that make each kind of text; a new kind is one more entry."""

@@ -1,4 +1,4 @@
-"""Feed tampered inputs to what reads them, and count how each ends."""
+"""Feed tampered inputs to their readers, and count how each ends."""
 
 from __future__ import annotations
 
@@ -19,18 +19,18 @@ HANG_S = 5.0
 
 
 class HangError(RuntimeError):
-    """Something took longer than it may."""
+    """A reader took longer than the limit."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class Target:
-    """What is tampered with, and what reads it.
+    """An input to tamper with, and its reader.
 
     Attributes:
-        tamper: makes an input, by chance.
-        read: reads the input as the commands do, and returns what it is worth; ValueError and
-            OSError refuse it.
-        is_changed: tells whether what was read is worth something else than the good input.
+        tamper: Makes a random input.
+        read: Reads the input as the commands do, and returns its content. ValueError and OSError
+            refuse the input.
+        is_changed: Tells whether the content that was read differs from that of the good input.
     """
 
     tamper: Callable[[np.random.Generator], None]
@@ -40,13 +40,13 @@ class Target:
 
 @dataclass(kw_only=True)
 class Tally:
-    """How the inputs of one target ended.
+    """The outcomes of one target's inputs.
 
     Attributes:
-        slowest_s: the longest time of an input.
-        grown_mb: by how much the process's peak of memory grew.
-        ended: number of "refused", "harmless", "changed", "traceback" and "hang".
-        examples: the last lines of tracebacks, and the numbers of the inputs that led to them.
+        slowest_s: The longest time of an input.
+        grown_mb: Growth of the process's peak memory.
+        ended: Number of "refused", "harmless", "changed", "traceback" and "hang".
+        examples: The last lines of tracebacks, and the numbers of the inputs that led to them.
     """
 
     ended: Counter[str] = field(default_factory=Counter)
@@ -56,7 +56,7 @@ class Tally:
 
     @property
     def is_good(self) -> bool:
-        """Return whether nothing was hurt."""
+        """Return whether no input did harm."""
         return not any(self.ended[how] for how in ("changed", "traceback", "hang"))
 
 
@@ -87,7 +87,7 @@ def _ended(target: Target) -> tuple[str, str]:
         return ("refused", "") if "\n" not in str(error) else ("traceback", f"lines: {error}")
     except HangError:
         return "hang", "hang"
-    except Exception as error:  # what escapes here is what the bench looks for
+    except Exception as error:  # an exception that is not a refusal is a fault to report
         frame = traceback.extract_tb(error.__traceback__)[-1]
         return "traceback", f"{type(error).__name__}: {error} ({frame.filename}:{frame.lineno})"
 
@@ -120,7 +120,7 @@ def tally_table(tallies: dict[str, Tally]) -> Table:
 
 
 def summary_lines(tallies: dict[str, Tally]) -> list[str]:
-    """Return the memory at its peak, and an example of each way in which an input hurt."""
+    """Return the peak memory, and an example of each way in which an input did harm."""
     hurt = [
         f"{name}, input {k}: {why}" for name, t in tallies.items() for why, k in t.examples.items()
     ]

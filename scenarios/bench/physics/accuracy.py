@@ -1,4 +1,4 @@
-"""Error of the tissue against its converged static solution after a retraction."""
+"""Measure the error of the tissue against its converged static solution after a retraction."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Our tissue and Newton's VBD solver, timed in one run, with the error of each."""
+"""Time Calot's tissue and Newton's VBD solver in one run, and measure the error of each."""
 
 from __future__ import annotations
 
@@ -33,9 +33,9 @@ CONVERGED_STEPS = 150
 def bench_newton(*, seed: int) -> Table | str:
     """Time control steps of both under the same load; return a line if Newton is missing.
 
-    The error is the largest distance of a vertex, at the end, from our converged solution at rest.
-    Newton's different material causes 0.5 mm of it: that error remains at rest with 100 substeps
-    of 10 iterations (seed 10004).
+    The error is the largest distance of a vertex, at the end, from Calot's converged solution at
+    rest. Newton's different material causes 0.5 mm of this error: 0.5 mm remain at rest with 100
+    substeps of 10 iterations (seed 10004).
     """
     try:
         newton_version = version("newton")

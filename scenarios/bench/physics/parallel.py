@@ -1,4 +1,4 @@
-"""Speedup by threads in state mode, and by processes with cameras."""
+"""Measure the speedup by threads in state mode, and by processes with cameras."""
 
 from __future__ import annotations
 
@@ -78,10 +78,10 @@ def _stand(group: VectorEnv, steps: int) -> float:
 
 
 def _in_turns(rounds: int, runs: Sequence[Callable[[], float]]) -> Array:
-    """Return what each run returns in each round, (rounds, n).
+    """Return the result of each run in each round, (rounds, n).
 
-    The runs of a round do the same work one right after the other, so that ratios within a round
-    do not depend on other load; every second round goes in reverse order.
+    The runs of a round do the same work one right after the other. Ratios within a round therefore
+    do not depend on other load. Every second round goes in reverse order.
     """
     turns = [1 if k % 2 == 0 else -1 for k in range(rounds)]
     return np.array([[run() for run in runs[::turn]][::turn] for turn in turns])

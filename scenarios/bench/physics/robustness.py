@@ -1,4 +1,4 @@
-"""Whether the tissue stays physical under violent motions, and whether memory grows."""
+"""Check that the tissue stays physical under violent motions, and that memory does not grow."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ def run_trials(seed: int, episodes: int, workers: int) -> list[StormTrial]:
 
 
 def trial_table(trials: Sequence[StormTrial]) -> Table:
-    """Return a table of what the storms did and of the laws they broke."""
+    """Return a table of the storms' effects and of the laws that they broke."""
     table = Table(title=f"{len(trials)} storms, seeds {trials[0].seed} to {trials[-1].seed}")
     table.add_column("measured")
     for heading in ("median", "p99", "max"):

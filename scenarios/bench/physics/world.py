@@ -1,4 +1,4 @@
-"""Speed of the world in the middle of a procedure: tissue, both arms and contact."""
+"""Measure the speed of the world in mid-procedure: tissue, both arms and contact."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ def bench_world(*, seed: int, steps: int) -> tuple[Table | str, ...]:
     Then time the tissue alone against Newton's.
 
     Raises:
-        BadInputError: the expert does not grasp this patient's gallbladder.
+        BadInputError: The expert does not grasp this patient's gallbladder.
     """
     episode = begin(EpisodeConfig(**WITNESS, scenario="textbook", seed=seed))
     control_steps = episode.steps()

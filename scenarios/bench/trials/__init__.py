@@ -1,1 +1,1 @@
-"""What does a bench do to one patient? Attacks, storms, corrections and other trials."""
+"""How does a bench examine one patient? By attacks, storms, corrections and other trials."""

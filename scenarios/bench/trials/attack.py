@@ -1,7 +1,7 @@
-"""Adversarial commands: what a faulty policy might ask of the arms.
+"""Adversarial commands: motions that a faulty policy might request of the arms.
 
-In each control step an attack asks for joints (2, 7), given the last commanded ones. It goes on
-whether or not its last request was granted.
+In each control step an attack requests joints (2, 7), given the last commanded ones. The attack
+continues whether or not its last request was granted.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ from tissue_sim.tools.psm import INSERTION_AT_RCM_M, forward_kinematics, joint_l
 
 ARMS = (LEFT_ARM, RIGHT_ARM)
 SPEED_M_S = (0.05, 1.5)  # of straight attacks: from allowed to far too fast
-BEYOND = 0.3  # of a joint's range: how far beyond either limit is asked for
+BEYOND = 0.3  # of a joint's range: distance of the request beyond either limit
 HASTE = 3.0  # times a joint's speed limit
 START = np.array(  # around home, where every keep-out is within reach
     [(-0.5, 0.5), (-0.4, 0.4), (0.05, 0.15), (-2.0, 2.0), (-1.1, 1.1), (-1.1, 1.1), (0.0, 0.7)]
@@ -35,12 +35,12 @@ Attack = Callable[[Array], Array]
 
 @dataclass(frozen=True, kw_only=True)
 class AttackTargets:
-    """What an attack can aim at.
+    """Possible aims of an attack.
 
     Attributes:
         T_world_rcm: (2, 4, 4).
-        instruments: on the left and right arm.
-        points_m: name -> (n, 3) points of keep-outs and tubes, world frame.
+        instruments: Those on the left and right arm.
+        points_m: Name -> (n, 3) points of keep-outs and tubes, world frame.
     """
 
     T_world_rcm: Array
@@ -119,7 +119,7 @@ def at_joint_limits(targets: AttackTargets, start: Array, rng: np.random.Generat
 
 
 def jumps(targets: AttackTargets, start: Array, rng: np.random.Generator) -> Attack:
-    """Ask for a random point of the whole joint range in every step."""
+    """Request a random point of the whole joint range in every step."""
     lower, upper = np.moveaxis(targets.joint_ranges, -1, 0)
     lower[:, 2] = np.maximum(lower[:, 2], INSERTION_AT_RCM_M)
     return lambda joints: rng.uniform(lower, upper)

@@ -1,4 +1,4 @@
-"""Attacks on one patient, each once without the safety filter and once with it."""
+"""Attack one patient, each time once without the safety filter and once with it."""
 
 from __future__ import annotations
 
@@ -35,10 +35,10 @@ class AttackRun:
     """Result of one attack so far.
 
     Attributes:
-        depth_m: obstacle -> largest depth of an instrument that must keep out of it.
-        beyond_range: largest excess of a commanded joint over its range; rad or m.
-        tip_speed_m_s: largest commanded tip speed.
-        entries: the filter's ledger entries.
+        depth_m: Obstacle -> largest depth of an instrument that must keep out of it.
+        beyond_range: Largest excess of a commanded joint over its range; rad or m.
+        tip_speed_m_s: Largest commanded tip speed.
+        entries: The filter's ledger entries.
     """
 
     depth_m: dict[str, float] = field(default_factory=dict)
@@ -54,7 +54,7 @@ class AttackRun:
 
 @dataclass(frozen=True, kw_only=True)
 class Pair:
-    """The same attack without the filter and with it; `in_world` as measured, or as commanded."""
+    """The same attack without and with the filter; `in_world`: measured in the moving world."""
 
     kind: str
     in_world: bool
@@ -64,7 +64,7 @@ class Pair:
 
 @dataclass(frozen=True, kw_only=True)
 class AttackTrial:
-    """All attacks on one patient, or the error that ended them."""
+    """All attacks on one patient, or the error that ended the trial."""
 
     seed: int
     pairs: tuple[Pair, ...] = ()
@@ -72,17 +72,17 @@ class AttackTrial:
 
 
 def run_trial(seed: int, in_world: int = IN_WORLD) -> AttackTrial:
-    """Run all attacks on a seed's patient, so many of them in the moving world."""
+    """Run all attacks on a seed's patient, `in_world` of them in the moving world."""
     return AttackTrial(seed=seed, pairs=tuple(AttackedPatient(seed).pairs(in_world)))
 
 
 def lost_trial(seed: int, error: Exception) -> AttackTrial:
-    """Return the trial that an exception or the death of its process ended."""
+    """Return the trial that ended by an exception or by the death of its process."""
     return AttackTrial(seed=seed, error=describe_with_place(error))
 
 
 class AttackedPatient:
-    """A seed's patient, who is attacked many times."""
+    """A seed's patient, under many attacks."""
 
     def __init__(self, seed: int) -> None:
         self._seed, self._world = seed, World()
@@ -101,7 +101,7 @@ class AttackedPatient:
             yield Pair(kind=kind, in_world=in_world, without=without, filtered=filtered)
 
     def ask_at_random(self, rng: np.random.Generator, pairs: range) -> None:
-        """Let the filter answer one request at rest, with a number of near pairs in `pairs`."""
+        """Submit one random request at rest to the filter; `pairs` is the range of near pairs."""
         self._begin(rng)
         start = self._clear_start(rng, pairs)
         kind = list(ATTACKS)[rng.integers(len(ATTACKS))]
@@ -157,7 +157,7 @@ class AttackedPatient:
             run.depth_m[obstacle] = max(depth_m, run.depth_m.get(obstacle, 0.0))
 
     def _depths(self, joints: Array, within_m: float = 0.0) -> Iterator[tuple[str, float]]:
-        """Yield obstacle and depth of each pair that must not meet."""
+        """Yield obstacle and depth of each pair that must not touch."""
         instruments, around = self._world.arms.mounted, surroundings_of(self._world)
         near = self._model.near(joints, instruments, around, within_m=within_m)
         work = worked_on(self._instruction.task, self._world.observe())

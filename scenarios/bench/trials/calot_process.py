@@ -1,4 +1,4 @@
-"""A `calot` command in processes of its own, for trials that hurt it and look at what is left."""
+"""A `calot` command in separate processes, for trials that interfere with it and check the rest."""
 
 from __future__ import annotations
 
@@ -24,10 +24,10 @@ class CalotProcess:
     """A command that runs while a `with` block lasts, in a new session and folder.
 
     Attributes:
-        words: of the command line, without `calot`.
-        folder: where it runs; its temporary folder is made there.
-        ignores: signals that it is started to ignore, as by `nohup`.
-        mark: identifies its processes.
+        words: Words of the command line, without `calot`.
+        folder: Working folder; its temporary folder is made there.
+        ignores: Signals that the command ignores from its start, as by `nohup`.
+        mark: Identifies the command's processes.
     """
 
     words: Sequence[str]
@@ -37,7 +37,7 @@ class CalotProcess:
 
     @property
     def temporary(self) -> Path:
-        """Return the folder that the command takes for temporary files."""
+        """Return the folder that the command uses for temporary files."""
         return self.folder / "temporary"
 
     @property
@@ -79,10 +79,10 @@ class CalotProcess:
         wait_until(lambda: not self.is_running or _handles(self.pid, signal.SIGTERM))
 
     def end(self) -> tuple[int, str, str]:
-        """Wait for the end; return the exit code and what was written.
+        """Wait for the end; return the exit code, standard output and standard error.
 
         Raises:
-            TimeoutExpired: the command does not end.
+            TimeoutExpired: The command does not end.
         """
         out, err = self._process.communicate(timeout=PATIENCE_S)
         return self._process.returncode, out, err
@@ -92,11 +92,11 @@ class CalotProcess:
         return [pid for pid in _all_pids() if self.mark.encode() in _read(pid, "environ")]
 
     def workers(self) -> list[int]:
-        """Return the numbers of its worker processes."""
+        """Return the numbers of the command's worker processes."""
         return [pid for pid in self.processes() if b"spawn_main" in _read(pid, "cmdline")]
 
     def left_running(self, grace_s: float) -> list[int]:
-        """Return the processes that are still running so long from now."""
+        """Return the processes that still run after `grace_s`."""
         end_s = time.monotonic() + grace_s
         while (left := self.processes()) and time.monotonic() < end_s:
             time.sleep(0.05)
@@ -107,7 +107,7 @@ def wait_until(condition: Callable[[], bool]) -> None:
     """Wait until the condition holds.
 
     Raises:
-        TimeoutError: it does not, for two minutes.
+        TimeoutError: The condition does not hold for two minutes.
     """
     end_s = time.monotonic() + PATIENCE_S
     while not condition():
@@ -129,7 +129,7 @@ def _all_pids() -> list[int]:
 def _read(pid: int, name: str) -> bytes:
     try:
         return Path("/proc", str(pid), name).read_bytes()
-    except OSError:  # it has ended
+    except OSError:  # the process has ended
         return b""
 
 

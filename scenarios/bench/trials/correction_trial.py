@@ -1,7 +1,7 @@
-"""Gain of a correction: an episode continues from one snapshot with and without it.
+"""Measure the gain of a correction: an episode continues from one snapshot with and without it.
 
-The snapshot is taken when the controller gets back an arm that was led astray; the correction is
-the one that points from the tip to the task's goal, as a person who sees it would say.
+The snapshot is taken when the controller gets back an arm that was led astray. The correction
+points from the tip to the task's goal, as an observing person would say.
 """
 
 from __future__ import annotations
@@ -35,12 +35,12 @@ WITHIN_S = 20.0  # time limit of the task
 
 @dataclass(frozen=True, kw_only=True)
 class Course:
-    """How the episode continued.
+    """The course of the continued episode.
 
     Attributes:
-        off_m: distance of the working tip from its goal after `LOOK_S`.
-        done_s: time until the task is done; None if it is not done within `WITHIN_S`.
-        injuries: number of injuries in that time.
+        off_m: Distance of the working tip from its goal after `LOOK_S`.
+        done_s: Time until the task is done; None if it is not done within `WITHIN_S`.
+        injuries: Number of injuries in that time.
     """
 
     off_m: float
@@ -53,9 +53,9 @@ class CorrectionTrial:
     """Result for one patient.
 
     Attributes:
-        correction: its text; "" if no arm was led astray or no correction was needed.
-        without, corrected: the two courses; None without a correction.
-        error: the error that ended the trial; "" for none.
+        correction: Text of the correction; "" if no arm was led astray or no correction was needed.
+        without, corrected: The two courses; None without a correction.
+        error: The error that ended the trial; "" for none.
     """
 
     seed: int
@@ -89,12 +89,12 @@ class ForkComparison:
 
 
 def lost_trial(seed: int, error: Exception) -> CorrectionTrial:
-    """Return the trial that an exception or the death of its process ended."""
+    """Return the trial that ended by an exception or by the death of its process."""
     return CorrectionTrial(seed=seed, error=describe_with_place(error))
 
 
 def _given_back(steps: Iterator[Step]) -> Step | None:
-    """Return the first step in which the controller has the arms back; None if never taken."""
+    """Return the first step in which the controller regains the arms; None if never taken."""
     astray = False
     for step in steps:
         if astray and step.asked is not None:
@@ -104,10 +104,10 @@ def _given_back(steps: Iterator[Step]) -> Step | None:
 
 
 def _course(episode: Episode, task: Task, correction: str) -> Course:
-    """Continue the episode, after submitting the correction if there is one."""
+    """Continue the episode; submit the correction first if there is one."""
     if correction:
         episode.inbox.press(COMMANDS[correction])
-        episode.inbox.say("yes")  # to letting go of what is held
+        episode.inbox.say("yes")  # confirms that the held tissue may be released
     world, steps = episode.world, episode.steps()
     start_s, n_injuries = world.record.time_s, len(world.record.injuries)
     off_m, done_s = np.nan, None
@@ -137,7 +137,7 @@ def wanted_motion(task: Task, world: World) -> tuple[Array, Array]:
 
 
 def _goal(task: Task, world: World) -> tuple[int, Array]:
-    """Return the arm that does the task, and `T_world_tool` at the task's goal."""
+    """Return the working arm of the task, and `T_world_tool` at the task's goal."""
     if task.kind == "grab":
         return LEFT_ARM, grasp_pose(world)
     tube = structure_of(task, world)

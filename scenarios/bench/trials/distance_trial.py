@@ -1,6 +1,7 @@
-"""How far arms go that a person corrects: in an exchange, at work and in a hold, on one patient.
+"""Measure how far corrected arms move: in an exchange, at work and in a hold, on one patient.
 
-In each exchange, and at times between exchanges, a correction of random arm, way and size is said.
+Each exchange gets a correction of random arm, direction and size. Further corrections follow
+between exchanges.
 """
 
 from __future__ import annotations
@@ -26,7 +27,7 @@ from tissue_sim.periods import CONTROL_PERIOD_S
 
 When = Literal["exchange", "work", "hold"]
 WHEN: dict[When, str] = {"exchange": "in an exchange", "work": "at work", "hold": "in a hold"}
-WITHIN_M, WITHIN_SHARE = 5e-4, 0.1  # of what was said, whichever is more
+WITHIN_M, WITHIN_SHARE = 5e-4, 0.1  # of the commanded distance, whichever is larger
 SIZES_M = (0.001, 0.010)
 BETWEEN_S = (4.0, 10.0)  # from the end of one correction to the next outside of exchanges
 HELD_S = 1.5  # from a stop to the correction in it: later than what a stop refuses
@@ -39,11 +40,11 @@ class Distance:
     """One correction.
 
     Attributes:
-        when: it was said.
-        said_m: the distance that was said.
-        gone_m: the distance that the arm went that way, by the exact state, at rest.
-        other_m: the largest distance of the other tip from where it was.
-        told: how the order ended, in the robot's words.
+        when: Moment of the correction.
+        said_m: Commanded distance.
+        gone_m: Distance that the arm moved in the commanded direction, by the exact state, at rest.
+        other_m: Largest distance of the other tip from its start.
+        told: How the order ended, in the robot's words.
     """
 
     when: When
@@ -55,18 +56,18 @@ class Distance:
 
     @property
     def done(self) -> bool:
-        """Return whether the robot says so."""
+        """Return whether the robot reports the order as done."""
         return self.told.startswith("Done: ")
 
     @property
     def told_m(self) -> float | None:
-        """Return the distance that the robot told; None if it told none."""
+        """Return the distance that the robot reported; None if it reported none."""
         told = re.search(r"([\d.]+)(?: of [\d.]+)? mm", self.told)
         return None if told is None else 1e-3 * float(told[1])
 
     @property
     def is_exact(self) -> bool:
-        """Return whether the arm went as far as was said."""
+        """Return whether the arm moved the commanded distance."""
         return abs(self.gone_m - self.said_m) <= max(WITHIN_M, WITHIN_SHARE * self.said_m)
 
 
@@ -92,12 +93,12 @@ class DistanceExamination:
 
 
 def lost_trial(seed: int, error: Exception) -> DistanceTrial:
-    """Return the trial that an exception or the death of its process ended."""
+    """Return the trial that ended by an exception or by the death of its process."""
     return DistanceTrial(seed=seed, error=describe_with_place(error))
 
 
 def _distances(episode: Episode, seed: int) -> Iterator[Distance]:
-    """Yield a correction in each exchange, and by turns at work and in a hold between them."""
+    """Yield a correction in each exchange, and by turns at work and in a hold between exchanges."""
     rng, steps = np.random.default_rng(seed), episode.steps()
     others: list[When] = ["work", "hold"]
     due_s = rng.uniform(*BETWEEN_S)
@@ -126,7 +127,7 @@ def _pass(steps: Iterator[Step], time_s: float) -> None:
 def _corrected(
     episode: Episode, steps: Iterator[Step], when: When, rng: np.random.Generator
 ) -> Iterator[Distance]:
-    """Say a correction that does no harm, and yield how far the arm went until it was at rest."""
+    """Submit a harmless correction, and yield how far the arm moved until it was at rest."""
     able = [c for c in CORRECTIONS if c.direction and is_harmless(c, episode.world)]
     correction = able[rng.choice(len(able))]
     said_m = round(float(rng.uniform(*SIZES_M)), 4)
@@ -139,7 +140,7 @@ def _corrected(
         moved_m = _tips_m(episode)[1 - arm] - start_m[1 - arm]
         other_m = max(other_m, float(np.linalg.norm(moved_m)))
     else:
-        return  # the episode has ended: each order does before
+        return  # the episode has ended; every order ends before
     _pass(steps, RESTS_S)
     yield Distance(
         when=when,

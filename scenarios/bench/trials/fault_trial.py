@@ -1,7 +1,7 @@
-"""Hurt a running command at a random moment, and check what is left of it.
+"""Interfere with a running command at a random moment, and check its remains.
 
-Whatever happens: nothing that was finished is lost, the exit code is the documented one, nothing
-is left running, in the temporary folder, or locked.
+Four laws hold after every fault. No finished episode is lost. The exit code is the documented one.
+No process and no temporary file remains. No lock remains.
 """
 
 from __future__ import annotations
@@ -30,7 +30,7 @@ from scenarios.recording.recorder import load
 
 EPISODES = 6
 LATEST_S = 14.0  # most commands have ended by then on a machine that is not busy
-GRACE_S = 10.0  # for what a killed parent leaves: it saves and ends
+GRACE_S = 10.0  # for the children of a killed parent, which save and end
 NO_ROOM_BYTES = 500
 
 _WHO = ["--workers", "2", "--episodes", str(EPISODES), "--seed", "10000"]
@@ -40,17 +40,18 @@ COMMANDS: dict[str, tuple[str, ...]] = {
     "verify": ("replay", "--verify", "out", "--workers", "2"),
 }
 CONDITIONS = {"run": "--scenario", "evaluate": "--suite"}
-USUAL = (0, 1)  # every episode has a result; also where a signal comes after the last one
+USUAL = (0, 1)  # every episode has a result; also if a signal comes after the last one
 
 
 @dataclass(frozen=True, kw_only=True)
 class ProcessFault:
-    """What happened to a command, and what was wrong afterwards.
+    """The fault of a command, and the laws that it broke.
 
     Attributes:
-        when_s: after the command could be stopped.
-        exit_code: negative: the number of the signal that killed it.
-        wrong: a line for each law that was broken.
+        when_s: Time after the command became stoppable.
+        exit_code: The exit code; a negative one is the number of the signal that killed the
+            command.
+        wrong: One line for each law that was broken.
     """
 
     seed: int
@@ -100,7 +101,7 @@ def _tried(seed: int, folder: Path, recorded: Path) -> ProcessFault:
 
 
 def _record(folder: Path) -> None:
-    """Record what is verified."""
+    """Make the recording that is verified."""
     words = [*COMMANDS["run"], "--scenario", "two-arteries"]
     with CalotProcess(words=words, folder=folder) as process:
         process.end()
@@ -133,7 +134,7 @@ def _move_away(process: CalotProcess, rng: np.random.Generator) -> None:
 
 
 def _put_file_in_place(process: CalotProcess, rng: np.random.Generator) -> None:
-    """Let nothing be written any more: not even an administrator can write below a file."""
+    """Make writing impossible: not even an administrator can write below a file."""
     _move_away(process, rng)
     with suppress(IsADirectoryError):  # the command was faster
         (process.folder / "out").touch()
@@ -193,7 +194,7 @@ def _left(process: CalotProcess, grace_s: float) -> Iterator[str]:
 
 
 def _lost(folder: Path, *, counted: bool) -> Iterator[str]:
-    """Yield what is damaged, and which episodes are finished but not in the results."""
+    """Yield damaged files, and finished episodes that are missing in the results."""
     finished = set()
     for file in sorted(folder.rglob("*.npz")):
         try:
@@ -211,7 +212,7 @@ def _lost(folder: Path, *, counted: bool) -> Iterator[str]:
 
 
 def _unanswered(folder: Path) -> Iterator[str]:
-    """Yield what is wrong where a command ends as usual, but not every episode has a result."""
+    """Yield errors of a command that ends as usual although some episode has no result."""
     files = sorted(folder.rglob(RESULTS))
     numbers = [len(json.loads(file.read_text()).get("episodes", ())) for file in files] or [0]
     for n in numbers:
@@ -220,7 +221,7 @@ def _unanswered(folder: Path) -> Iterator[str]:
 
 
 def _not_continued(words: Sequence[str], folder: Path) -> Iterator[str]:
-    """Yield what is wrong if the evaluation that was killed is continued."""
+    """Yield errors of continuing the evaluation that was killed."""
     before = {file: file.stat().st_mtime_ns for file in folder.rglob("*.npz") if load(file).result}
     with CalotProcess(words=words, folder=folder) as process:
         code, _, err = process.end()

@@ -1,4 +1,4 @@
-"""Whether resets leak: the process's memory over many resets."""
+"""Measure whether resets leak: the process's memory over many resets."""
 
 from __future__ import annotations
 

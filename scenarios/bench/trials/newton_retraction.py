@@ -1,12 +1,13 @@
-"""The same retraction for two solvers: the organ's infundibulum pulled up.
+"""The same retraction for two solvers: the organ's infundibulum is pulled up.
 
-The organ's tetrahedra, with the same Lame parameters and density, are held at the same vertices:
-the far ends of the tubes and those on the liver. Newton has no ties into a tetrahedron, so in both
-solvers four springs to its corners replace each tie.
+The organ's tetrahedra have the same Lame parameters and density in both solvers. Both solvers hold
+the same vertices: the far ends of the tubes and those on the liver. Newton has no ties into a
+tetrahedron, so in both solvers four springs to its corners replace each tie.
 
-Remaining differences: Newton's elements are stable neo-Hookean, ours fixed-corotated; ours are
-damped, Newton's are not: its damping (1 to 100 Pa s tried) costs time and does not bring it closer
-to rest. Nothing is in contact, but our solver still checks for contact.
+Two differences remain. Newton's elements are stable neo-Hookean, Calot's are fixed-corotated.
+Calot's elements are damped, Newton's are not: Newton's damping (1 to 100 Pa s tried) costs time and
+does not bring the tissue closer to rest. Nothing is in contact, but Calot's solver still checks for
+contact.
 """
 
 from __future__ import annotations
@@ -39,10 +40,10 @@ class RetractedBody:
     """Input of both solvers.
 
     Attributes:
-        organ: mesh and regions.
-        stiffness_scale: the patient's.
+        organ: Mesh and regions.
+        stiffness_scale: The patient's stiffness scale.
         held: (n_vertex,), fixed except for the retraction.
-        drawn: the vertices that are pulled up.
+        drawn: The vertices that are pulled up.
         springs: (n, 2), pairs of vertices, at rest at their initial distance.
         spring_stiffness: (n,), N/m.
     """
@@ -60,9 +61,10 @@ class Solver:
     """A solver with the body loaded.
 
     Attributes:
-        name: for people to read.
-        step: makes one control step, with drawn vertices from one height to another (m).
-        positions: returns the vertices (n, 3), m.
+        name: Name for people to read.
+        step: Makes one control step. Its arguments are the drawn vertices' first and last height
+            (m).
+        positions: Returns the vertices (n, 3), m.
     """
 
     name: str
@@ -96,7 +98,7 @@ def body_of(anatomy: Anatomy) -> RetractedBody:
 
 
 def in_calot(body: RetractedBody, config: TissueConfig) -> Solver:
-    """Load the body into our tissue."""
+    """Load the body into Calot's tissue."""
     none = np.zeros((0, 4), np.int32)
     organ = replace(
         body.organ,
@@ -133,9 +135,9 @@ def in_newton(body: RetractedBody, *, substeps: int, iterations: int) -> Solver:
     """Load the body into Newton's SolverVBD, with a control step as a captured graph.
 
     Args:
-        body: the body.
-        substeps: number in a control step; even, because two states alternate.
-        iterations: number in a substep.
+        body: The body.
+        substeps: Number in a control step; even, because two states alternate.
+        iterations: Number in a substep.
     """
     from newton.solvers import SolverVBD  # pyright: ignore[reportMissingImports]
 

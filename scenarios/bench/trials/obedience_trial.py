@@ -1,7 +1,7 @@
-"""Whether each correction is obeyed, and the wrong tube, on one patient.
+"""Check whether one patient's controller obeys each correction, and the order of the wrong tube.
 
-A planner's correction is heard by the controller alone; a person's is carried out by rule. All
-corrections at one time of an episode start from the same saved state.
+The controller alone carries out a planner's correction; a person's correction is carried out by
+rule. All corrections at one time of an episode start from the same saved state.
 """
 
 from __future__ import annotations
@@ -43,9 +43,9 @@ class CorrectionResponse:
     """One correction in one state, and the controller's response.
 
     Attributes:
-        obeyed: the arm or the jaws moved as the correction says.
-        withheld: they did not, although the controller's actions add up to that motion, and the
-            safety filter changed some command meanwhile.
+        obeyed: The arm or the jaws moved as the correction says.
+        withheld: The arm or the jaws did not move as the correction says, although the controller's
+            actions add up to that motion. The safety filter changed some command meanwhile.
     """
 
     text: str
@@ -58,11 +58,11 @@ class ObedienceTrial:
     """Result for one patient.
 
     Attributes:
-        responses: to each correction, in each state in which it is harmless and the jaws can move.
-        wrong_tube: whether the right jaws first reach the tube that they are told, although it is
-            not its turn; None if the first clip's turn had not come when the episode ended, or
-            all `MOMENTS` of its corrections had passed.
-        error: the error that ended the trial; "" for none.
+        responses: To each correction, in each state in which it is harmless and the jaws can move.
+        wrong_tube: Whether the right jaws first reach the instructed tube, although its turn has
+            not come. None if the first clip's turn had not come when the episode ended, or if all
+            `MOMENTS` of its corrections had passed.
+        error: The error that ended the trial; "" for none.
     """
 
     seed: int
@@ -79,12 +79,12 @@ class PlannerFixed:
     hears_of_success: bool = False
 
     def plan(self, observation: Observation) -> Instruction:
-        """Return the instruction, whatever is observed."""
+        """Return the same instruction for every observation."""
         del observation
         return self.instruction
 
     def reset(self) -> None:
-        """Do nothing: it has no state."""
+        """Do nothing: the planner has no state."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -92,7 +92,7 @@ class ObedienceExamination:
     """Examines a controller, under an episode's configuration with each trial's seed.
 
     Attributes:
-        by: who says the corrections, the planner or a person.
+        by: Speaker of the corrections: the planner or a person.
     """
 
     config: EpisodeConfig
@@ -115,7 +115,7 @@ class ObedienceExamination:
 
 
 def lost_trial(seed: int, error: Exception) -> ObedienceTrial:
-    """Return the trial that an exception or the death of its process ended."""
+    """Return the trial that ended by an exception or by the death of its process."""
     return ObedienceTrial(seed=seed, error=describe_with_place(error))
 
 
@@ -169,7 +169,7 @@ def _response(
 
 
 def _goes_to_the_other_tube(episode: Episode) -> bool:
-    """Return whether the jaws reach the right tube when told to clip it before its turn."""
+    """Return whether the jaws reach the right tube when instructed to clip it before its turn."""
     task = next(t for t in TASKS if t.kind == "clip" and t.tube == "right")
     with _forked(episode, Instruction(task=task)) as fork:
         meant = structure_of(task, fork.world)
@@ -185,7 +185,7 @@ def _goes_to_the_other_tube(episode: Episode) -> bool:
 def _forked(episode: Episode, said: Instruction) -> Iterator[Episode]:
     """Yield an episode in the same world under one instruction; then restore the world."""
     world, state = episode.world, episode.world.state()
-    sense = deepcopy(episode.sense, {id(world): world})  # it remembers what it has seen
+    sense = deepcopy(episode.sense, {id(world): world})  # the sense has a memory
     episode.controller.reset()
     fork = Episode(
         config=episode.config,

@@ -1,7 +1,7 @@
 """Hostile clients of the page: they send anything, break off, or never end.
 
-Each fault goes to a page of its own process, over a socket on 127.0.0.1. A fault is survived if it
-is answered or cut off in time and the next client, a plain "stop", still is heard.
+Each fault goes to a page of its own process, over a socket on 127.0.0.1. A page survives a fault if
+it answers or cuts it off in time, and the next client, a plain "stop", is still read.
 """
 
 from __future__ import annotations
@@ -28,7 +28,7 @@ from scenarios.viewer.watcher import Watcher
 
 HOST = "127.0.0.1"
 LOADING_S = 60.0
-MOST_S = 5.0  # to be answered; who sends half a request is left waiting and then goes
+MOST_S = 5.0  # limit of an answer; a client that sends half a request waits and then leaves
 ANSWERS = (200, 400, 403, 404, 408, 413, 414, 431, 501, 505)
 
 Rng = np.random.Generator
@@ -36,7 +36,7 @@ Rng = np.random.Generator
 
 @dataclass(frozen=True, kw_only=True)
 class Client:
-    """What a client sends, and whether it has sent a whole request."""
+    """The bytes that a client sends, and whether they are a whole request."""
 
     sent: bytes
     is_whole: bool = True
@@ -107,7 +107,7 @@ def _length(rng: Rng) -> Client:
 
 
 def _edited(rng: Rng) -> Client:
-    """Return a good request of which some bytes are others."""
+    """Return a good request with some bytes changed."""
     request = bytearray(_post(json.dumps({"text": "stop"}).encode(), kind="application/json").sent)
     for at in rng.integers(len(request), size=int(rng.integers(1, 6))):
         request[at] = int(rng.integers(256))

@@ -1,4 +1,4 @@
-"""Run many trials, in parallel if asked, with a progress bar."""
+"""Run many trials, in parallel if requested, with a progress bar."""
 
 from collections.abc import Callable, Generator, Sequence
 from contextlib import closing
@@ -14,7 +14,7 @@ Result = TypeVar("Result")
 
 
 class Trial(Protocol):
-    """The result of a trial; `error` ended it, "" for none."""
+    """The result of a trial; `error` is the error that ended it, "" for none."""
 
     @property
     def seed(self) -> int: ...
@@ -24,11 +24,11 @@ class Trial(Protocol):
 
 @dataclass(frozen=True, kw_only=True)
 class TrialAttempt(Generic[Result]):
-    """Runs one trial by its seed; an exception becomes a result, too.
+    """Runs one trial by its seed; an exception becomes a result as well.
 
     Attributes:
-        run: the trial.
-        lost: makes the result of a trial that an exception or its process's death ended.
+        run: The trial.
+        lost: Makes the result of a trial that ended by an exception or by the death of its process.
     """
 
     run: Callable[[int], Result]

@@ -40,7 +40,7 @@ class Motion:
     Attributes:
         move_world_m: (3,) motion of the tip.
         turn_tool_rad: (3,) rotation vector.
-        jaw_rad: total opening to command.
+        jaw_rad: Total opening to command.
     """
 
     move_world_m: Array
@@ -83,7 +83,7 @@ class StormArm:
 
 
 def storm(world: World, seed: int) -> Iterator[JointCommand]:
-    """Yield joint targets for control steps, without end; exchange tools on the way."""
+    """Yield joint targets for control steps, without end; exchange tools between gusts."""
     rng = np.random.default_rng(seed)
     driver = Driver(_rig(world), world.target)
     arms = [StormArm(row=row, world=world, driver=driver, rng=rng) for row in (LEFT_ARM, RIGHT_ARM)]
@@ -109,7 +109,7 @@ def a_point_of_tissue(world: World, rng: np.random.Generator) -> Array:
 
 
 def walk(arm: StormArm) -> Iterator[Motion]:
-    """Move smoothly and aimlessly, with the jaws too."""
+    """Move tip and jaws smoothly and aimlessly."""
     velocity, spin, jaw = np.zeros(3), np.zeros(3), OPEN_RAD / 2
     for _ in range(arm.rng.integers(10, 40)):
         velocity = 0.8 * velocity + arm.rng.normal(0.0, 0.5 * MAX_SPEED_M_S, 3)
@@ -123,7 +123,7 @@ def walk(arm: StormArm) -> Iterator[Motion]:
 
 
 def stab(arm: StormArm) -> Iterator[Motion]:
-    """Stab straight into the tissue, as far as the liver, and go back."""
+    """Stab straight into the tissue, as far as the liver, and retract."""
     point = a_point_of_tissue(arm.world, arm.rng)
     start = arm.T_world_tool[:3, 3]
     jaw_rad = float(arm.rng.choice([SHUT_RAD, OPEN_RAD]))

@@ -34,18 +34,19 @@ class StormTrial:
     """Result of one storm.
 
     Attributes:
-        broken: the laws it broke, or the exception that ended it; empty if all went well.
-        commanded_speed_m_s: largest of either tip, from the joint targets.
+        broken: The laws that the storm broke, or the exception that ended it; empty for none.
+        commanded_speed_m_s: Largest of either tip, from the joint targets.
         tip_speed_m_s: 99th percentile of both tips; arms that cross spring apart.
-        tissue_speed_m_s: largest of any vertex.
-        force_n: largest on a tool.
-        energy_j: largest elastic and kinetic energy of the tissue, above that at rest.
+        tissue_speed_m_s: Largest of any vertex.
+        force_n: Largest on a tool.
+        energy_j: Largest elastic and kinetic energy of the tissue, above that at rest.
         volume: (2,) smallest and largest during the storm, relative to rest.
-        inverted: largest number of inverted elements during the storm.
-        touched, clipped, cut: whether this happened to the tissue.
-        torn: whether a tube tore, or the sac's wall tore without a blade.
-        detached: whether sac or tubes detached from what holds them.
-        caught: whether a tool still holds tissue after the retreat, so that it is not at rest.
+        inverted: Largest number of inverted elements during the storm.
+        touched, clipped, cut: Whether this happened to the tissue.
+        torn: Whether a tube tore, or the sac's wall tore without a blade.
+        detached: Whether sac or tubes detached from their attachments.
+        caught: Whether a tool still holds tissue after the retreat, so that the tissue is not at
+            rest.
     """
 
     seed: int
@@ -83,7 +84,7 @@ class StormSample:
 
 
 def lost_trial(seed: int, error: Exception) -> StormTrial:
-    """Return the trial that an exception or the death of its process ended."""
+    """Return the trial that ended by an exception or by the death of its process."""
     return StormTrial(seed=seed, broken=(describe_with_place(error),))
 
 

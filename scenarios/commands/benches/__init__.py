@@ -1,1 +1,1 @@
-"""What can be measured?"""
+"""Which benches can `calot bench` run?"""

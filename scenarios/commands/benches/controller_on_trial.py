@@ -1,4 +1,4 @@
-"""Which controller a bench tries: under the scripted planner, told what is usual for it."""
+"""The controller that a bench examines: under the scripted planner, with its usual sense."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ class ControllerOnTrial:
         """Return the first trial's episode.
 
         Raises:
-            BadInputError: the checkpoint does not fit or is not wanted.
+            BadInputError: The checkpoint does not fit, or the controller takes none.
         """
         from scenarios.loop.episode_config import EpisodeConfig
 

@@ -1,4 +1,4 @@
-"""The bench of what must not hurt."""
+"""The bench that tampers with inputs, and with running commands."""
 
 from dataclasses import dataclass
 from typing import Annotated, Literal
@@ -21,7 +21,7 @@ class Faults:
     """Seed of the edits; an input of a seed is always the same."""
 
     def execute(self) -> int:
-        """Try and report; return 1 if an input hurt."""
+        """Try and report; return 1 if an input did harm."""
         from scenarios.bench.faults.kinds import KINDS
         from scenarios.bench.faults.trial import summary_lines, tally_table
 

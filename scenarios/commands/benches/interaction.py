@@ -1,4 +1,4 @@
-"""Benches of what a person notices: how soon words count, what a page costs."""
+"""Benches of what a person notices: the delay of an order, and the cost of an open page."""
 
 from dataclasses import dataclass
 from typing import Annotated, Literal

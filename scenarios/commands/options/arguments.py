@@ -77,8 +77,8 @@ def one_of(names: Iterable[str]) -> PrimitiveConstructorSpec[str | None]:
     )
 
 
-def policy_of(names: Iterable[str]) -> PrimitiveConstructorSpec[str]:
-    """Return the type of a policy's name: one of `names`, or an outside MODULE:FACTORY."""
+def policy_of(names: Iterable[str]) -> PrimitiveConstructorSpec[str | None]:
+    """Return the type of a policy's or sense's name: among `names`, or MODULE:FACTORY."""
     allowed = (*names, "MODULE:FACTORY")
 
     def parse(words: list[str]) -> str:
@@ -90,8 +90,8 @@ def policy_of(names: Iterable[str]) -> PrimitiveConstructorSpec[str]:
         nargs=1,
         metavar=f"{{{','.join(allowed)}}}",
         instance_from_str=parse,
-        is_instance=lambda value: isinstance(value, str),
-        str_from_instance=lambda value: [value],
+        is_instance=lambda value: value is None or isinstance(value, str),
+        str_from_instance=lambda value: [str(value)],
     )
 
 

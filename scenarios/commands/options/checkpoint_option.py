@@ -1,12 +1,12 @@
 """Options that name checkpoints, of policies and of perception: checked before anything starts."""
 
-from collections.abc import Collection
+from collections.abc import Mapping
 from importlib import import_module
 from pathlib import Path
 from typing import Any
 
 from planner.policy_setup import PolicySetup
-from scenarios.catalogue import LEARNED_CONTROLLERS, LEARNED_PLANNERS, PERCEIVING
+from scenarios.catalogue import CONTROLLERS, PLANNERS, SENSES, PolicyEntry, SenseEntry, learned
 from scenarios.files.errors import BadInputError
 
 
@@ -20,8 +20,8 @@ def require_checkpoint(
             pictures of cameras that are not among those named.
     """
     option = "--checkpoint"
-    if _is_needed(option, "controller", controller, checkpoint, LEARNED_CONTROLLERS):
-        config = _require_fit(option, checkpoint, LEARNED_CONTROLLERS[controller])
+    if module := _needed(option, "controller", controller, checkpoint, CONTROLLERS):
+        config = _require_fit(option, checkpoint, module)
         try:
             PolicySetup(cameras=cameras).require_cameras(option, getattr(config, "cameras", ()))
         except ValueError as error:
@@ -30,23 +30,30 @@ def require_checkpoint(
 
 def require_planner_checkpoint(planner: str, checkpoint: Path | None) -> None:
     """Check the checkpoint of a planner in the same way."""
-    if _is_needed("--planner-checkpoint", "planner", planner, checkpoint, LEARNED_PLANNERS):
-        _require_fit("--planner-checkpoint", checkpoint, "planner.learned.checkpoint")
+    option = "--planner-checkpoint"
+    if module := _needed(option, "planner", planner, checkpoint, PLANNERS):
+        _require_fit(option, checkpoint, module)
 
 
 def require_perception_checkpoint(sense: str, checkpoint: Path | None) -> None:
     """Check the checkpoint of a sense that perceives pictures in the same way."""
     option = "--perception-checkpoint"
-    if _is_needed(option, "sense", sense, checkpoint, PERCEIVING):
-        _require_fit(option, checkpoint, "controller.perception.checkpoint")
+    if module := _needed(option, "sense", sense, checkpoint, SENSES):
+        _require_fit(option, checkpoint, module)
 
 
-def _is_needed(
-    option: str, role: str, name: str, checkpoint: Path | None, learned: Collection[str]
-) -> bool:
-    if name not in learned and checkpoint is not None and ":" not in name:
-        raise BadInputError(f"{option}: {role} {name!r} takes none; these do: {', '.join(learned)}")
-    return name in learned
+def _needed(
+    option: str,
+    role: str,
+    name: str,
+    checkpoint: Path | None,
+    known: Mapping[str, PolicyEntry | SenseEntry],
+) -> str | None:
+    """Return the module that reads the checkpoint that is needed; None for none."""
+    able = learned(known)
+    if name not in able and checkpoint is not None and ":" not in name:
+        raise BadInputError(f"{option}: {role} {name!r} takes none; these do: {', '.join(able)}")
+    return known[name].checkpoint if name in able else None
 
 
 def _require_fit(option: str, checkpoint: Path | None, module: str) -> Any:

@@ -37,7 +37,7 @@ class EpisodeOptions:
     """Checkpoint of a learned controller; the default is the one that comes with Calot."""
     planner_checkpoint: Annotated[Path | None, arg(metavar="FILE")] = None
     """Checkpoint of a learned planner; the default is the one that comes with Calot."""
-    sense: Annotated[str | None, one_of(SENSES)] = None
+    sense: Annotated[str | None, policy_of(SENSES)] = None
     """How everybody who acts observes: exact is simulator state, which no robot has; tracked is a
     model of cameras and encoders; cameras perceives pictures, and needs a renderer. The default is
     tracked, for the witness exact."""

@@ -2,13 +2,7 @@
 
 from pathlib import Path
 
-from scenarios.catalogue import (
-    ENDPOINT_PLANNERS,
-    PERCEIVING,
-    PICTURED_CONTROLLERS,
-    SENSES,
-    WITNESS,
-)
+from scenarios.catalogue import CONTROLLERS, policy_named, sense_named
 from scenarios.commands.options.checkpoint_option import (
     require_checkpoint,
     require_perception_checkpoint,
@@ -40,26 +34,31 @@ def require_policies(
     _require_pictured(controller, cameras)
     require_checkpoint(controller, checkpoint, cameras)
     require_planner_checkpoint(planner, planner_checkpoint)
-    if planner in ENDPOINT_PLANNERS:
+    if policy_named(planner).endpoint:
         require_endpoint()
 
 
 def _require_pictured(controller: str, cameras: tuple[str, ...]) -> None:
-    if cameras and ":" not in controller and controller not in PICTURED_CONTROLLERS:
+    if cameras and ":" not in controller and not policy_named(controller).pictures:
+        able = (name for name, policy in CONTROLLERS.items() if policy.pictures)
         raise BadInputError(
             f"--cameras: controller {controller!r} looks at no pictures; these do:"
-            f" {', '.join(PICTURED_CONTROLLERS)}, MODULE:FACTORY"
+            f" {', '.join(able)}, MODULE:FACTORY"
         )
 
 
 def require_perception(sense: str, checkpoint: Path | None) -> None:
-    """Check that a sense that perceives pictures has a fitting checkpoint and a renderer.
+    """Check that a sense can be made: its factory, its checkpoint, and a renderer if it needs one.
 
     Raises:
-        BadInputError: the checkpoint does not fit or is not wanted; or there is no renderer.
+        BadInputError: there is no factory, the checkpoint does not fit or is not wanted, or there
+            is no renderer.
     """
-    require_perception_checkpoint(sense, checkpoint)
-    if sense in PERCEIVING:
+    if ":" in sense:
+        _require_factory("--sense", sense)
+    else:
+        require_perception_checkpoint(sense, checkpoint)
+    if sense_named(sense).renders:
         require_renderer(f"--sense {sense}")
 
 
@@ -71,7 +70,7 @@ def say_who_acts(
     line += f"planner: {_described(planner)}; controller: {_described(controller)}"
     line += "" if person is None else f"; person: {person} (scripted: it sees the truth)"
     Terminal(stderr=True).print(
-        f"{line}\nsense: {sense}: {SENSES[sense]}",
+        f"{line}\nsense: {sense}: {sense_named(sense).description}",
         highlight=False,
         markup=False,
         soft_wrap=True,
@@ -83,9 +82,9 @@ def _described(name: str) -> str:
 
 
 def _is_privileged(name: str) -> bool:
-    """Return whether the policy reads the hidden state; of Calot's own only the witness does."""
+    """Return whether the policy reads the hidden state."""
     if ":" not in name:
-        return name in (WITNESS["planner"], WITNESS["controller"])
+        return policy_named(name).privileged
     from scenarios.loop.policies import reads_hidden_state
 
     return reads_hidden_state(name)

@@ -1,4 +1,4 @@
-"""The page's head: what was compared, and the pass rates."""
+"""The page's head: the compared systems, and the pass rates."""
 
 from __future__ import annotations
 
@@ -43,7 +43,7 @@ def _passed(suite: str, found: ArmReport) -> str:
 
 
 def _stack(arm: StudyArm) -> str:
-    """Return the parts of an arm in words."""
+    """Return the parts of a system in words."""
     parts = [f"{arm.planner} planner, {arm.controller} controller", f"sense {arm.sense}"]
     parts += [] if arm.safety_filter else ["no safety filter"]
     parts += [arm.ablation] if arm.ablation else []

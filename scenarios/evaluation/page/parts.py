@@ -26,7 +26,7 @@ def table(head: Sequence[str], names: int, rows: Iterable[Sequence[str]]) -> str
 
 
 def folded(title: str, body: str) -> str:
-    """Return what is shown when its title is pressed; an empty text if `body` is empty."""
+    """Return content that shows when its title is pressed; an empty text if `body` is empty."""
     return f"<details><summary>{title}</summary>{body}</details>" if body else ""
 
 

@@ -1,4 +1,4 @@
-"""Drawings of a report as SVG text, in the colours that the page's sheet gives to arms."""
+"""Drawings of a report as SVG text, in the colours that the page's sheet gives to systems."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ ROW, LABEL, PLOT, NOTE = 26, 210, 470, 150  # px of a forest
 
 @dataclass(frozen=True, kw_only=True)
 class PlotMark:
-    """A value from 0 to 1 with its interval; `colour` is the arm's number, `note` a text beside."""
+    """A value, 0 to 1, with its interval; `colour` is the system's number, `note` a text beside."""
 
     label: str
     colour: int
@@ -56,7 +56,7 @@ def _at(value: float) -> float:
 
 @dataclass(frozen=True, kw_only=True)
 class PlotLine:
-    """An arm's pass rate along a ladder: (magnitude, rate, low, high) of each rung."""
+    """A system's pass rate along a ladder: (magnitude, rate, low, high) of each rung."""
 
     colour: int
     points: tuple[tuple[float, float, float, float], ...]
@@ -104,10 +104,10 @@ def _line(colour: int, points: Sequence[tuple[float, float, float, float]]) -> s
 
 
 def course(lines: Sequence[tuple[int, Sequence[float | None]]], span_s: float, unit: str) -> str:
-    """Draw values over time, one line (colour, a value for each span) for each arm; None: a gap."""
+    """Draw values over time, a line (colour, values of the spans) for each system; None: a gap."""
     width, height, left, low, top = LABEL + PLOT, 190, 44, 156, 10
     most = 1.1 * max((v for _, values in lines for v in values if v is not None), default=1.0)
-    most = most or 1.0  # all are 0
+    most = most or 1.0  # all values are 0
     spans = 1 + max(k for _, values in lines for k, v in enumerate(values) if v is not None)
 
     def x(k: float) -> float:
@@ -194,7 +194,7 @@ def _round_values(most: float) -> list[float]:
 
 
 def roc(curves: Sequence[tuple[int, Sequence[tuple[float, float]]]]) -> str:
-    """Draw failures caught over false alarms, one curve (colour, points) for each arm."""
+    """Draw failures caught over false alarms, one curve (colour, points) for each system."""
     size, left, low = 260, 44, 226
 
     def points(curve: Sequence[tuple[float, float]]) -> str:

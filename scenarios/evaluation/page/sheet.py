@@ -80,5 +80,5 @@ _ARM = """.arm{k} {{ stroke: var(--arm{k}); }}
 
 
 def sheet() -> str:
-    """Return the CSS, with each arm's colour."""
+    """Return the CSS, with each system's colour."""
     return SHEET.replace("ARMS", "\n".join(_ARM.format(k=k) for k in range(N_COLOURS)))

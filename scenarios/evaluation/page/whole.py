@@ -26,7 +26,7 @@ from scenarios.files.strict_json import dumps
 
 
 def page(report: Report, made_with: Mapping[str, Any]) -> str:
-    """Return the whole page; it links to recordings by their paths in the report's folder."""
+    """Return the whole page; its links to recordings are paths in the report's folder."""
     sections = (
         pass_rates(report),
         paired(report),

@@ -1,4 +1,4 @@
-"""Compare two arms on the same patients: pass rates, and measures where both pass."""
+"""Compare two systems on the same patients: pass rates, and measures where both pass."""
 
 from __future__ import annotations
 
@@ -24,15 +24,15 @@ MEASURES: dict[str, Callable[[EpisodeResult], float | None]] = {
     "corrections": lambda r: float(r.corrections),
     "clearance_m": lambda r: r.safety.min_clearance_m,
 }
-"""What is compared where both arms pass."""
+"""The measures that are compared where both systems pass."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class PairedDifference:
-    """A measure's difference, first arm minus second.
+    """A measure's difference, first system minus second.
 
     Attributes:
-        interval_95: of the mean; None for fewer than two pairs.
+        interval_95: Interval of the mean; None for fewer than two pairs.
     """
 
     measure: str
@@ -43,16 +43,16 @@ class PairedDifference:
 
 @dataclass(frozen=True, kw_only=True)
 class ArmComparison:
-    """An arm compared with the reference arm in one suite.
+    """A system compared with the reference system in one suite.
 
     Attributes:
-        pairs: patients under a condition that count for both arms: in neither episode a person
-            was called rightly, and none broke off.
-        both, neither, only_arm, only_reference: number of pairs by who passed.
-        difference: of the pass rates, arm minus reference; None without pairs.
-        tango_95: interval of the difference.
-        mcnemar_p: exact, two-sided.
-        where_both_pass: paired differences of other measures.
+        pairs: Patients under a condition that count for both systems. In neither episode was a
+            person called rightly, and neither broke off.
+        both, neither, only_arm, only_reference: Number of pairs by the systems that passed.
+        difference: Difference of the pass rates, system minus reference; None without pairs.
+        tango_95: Interval of the difference.
+        mcnemar_p: Exact, two-sided.
+        where_both_pass: Paired differences of other measures.
     """
 
     arm: str
@@ -72,7 +72,7 @@ class ArmComparison:
 def compare(
     arm: str, reference: str, suite: str, results: Mapping[Case, EpisodeResult]
 ) -> ArmComparison:
-    """Compare both arms over the conditions and patients that both met."""
+    """Compare both systems over the conditions and patients that both met."""
     mine, its = (_of(name, suite, results) for name in (arm, reference))
     pairs = [(mine[place], its[place]) for place in mine if place in its]
     if any(a.anatomy_hash != b.anatomy_hash for a, b in pairs):
@@ -97,7 +97,7 @@ def compare(
 
 
 def _of(arm: str, suite: str, results: Mapping[Case, EpisodeResult]) -> dict[Place, EpisodeResult]:
-    """Return an arm's episodes that count."""
+    """Return a system's episodes that count."""
     return {
         (case.suite, case.condition.name, case.seed): result
         for case, result in results.items()

@@ -1,9 +1,10 @@
 """Measure how well a planner's chance of failure predicts failed episodes, as in SAFE.
 
 Gu et al., "SAFE: Multitask failure detection for vision-language-action models", arXiv 2506.09937.
-An episode's score is the highest chance in it. Its area under the ROC curve says how well scores
-tell failures from passes; the conformal alarm says how many failures are caught where at most
-`FALSE_ALARMS` of the passes raise one. SAFE lets the threshold change with time, this one does not.
+An episode's score is the highest chance in it. The area under the ROC curve of the scores measures
+how well they separate failures from passes. The conformal alarm's measure is the share of failures
+that raise it, where at most `FALSE_ALARMS` of the passes raise it. SAFE's threshold changes with
+time; the threshold here does not.
 """
 
 from __future__ import annotations
@@ -16,7 +17,7 @@ from statistics import median
 from scenarios.files.wilson import wilson_interval
 from scenarios.loop.results import EpisodeResult
 
-FALSE_ALARMS = 0.05  # of passed episodes, at most, on average over sets to calibrate on
+FALSE_ALARMS = 0.05  # of passed episodes, at most, on average over calibration sets
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -39,12 +40,12 @@ class Share:
 
 @dataclass(frozen=True, kw_only=True)
 class Alarm:
-    """How often an alarm was right and wrong.
+    """The right and wrong alarms of a detector.
 
     Attributes:
-        caught: share of the failed episodes that raised an alarm.
-        false: share of the passed episodes that raised an alarm.
-        lead_s: median time from the alarm to the failed episode's end; None if none was caught.
+        caught: Share of the failed episodes that raised an alarm.
+        false: Share of the passed episodes that raised an alarm.
+        lead_s: Median time from the alarm to the failed episode's end; None if none was caught.
     """
 
     caught: Share
@@ -54,15 +55,15 @@ class Alarm:
 
 @dataclass(frozen=True, kw_only=True)
 class Detection:
-    """Failure detection of one arm.
+    """Failure detection of one system.
 
     Attributes:
-        passed, failed: number of episodes in which the planner gave a chance.
+        passed, failed: Number of episodes in which the planner gave a chance.
         roc_auc: None without passes or without failures.
-        roc: shares (false alarms, caught), for every threshold.
-        own: the planner's alarm, whose threshold holds for each of the 17 tasks.
-        conformal: the alarm for whole episodes, calibrated on every other pass and judged on the
-            rest; None if too few passed for a threshold that keeps `FALSE_ALARMS`.
+        roc: Shares (false alarms, caught), for every threshold.
+        own: The planner's alarm, whose threshold holds for each of the 17 tasks.
+        conformal: The alarm for whole episodes, calibrated on every other pass and judged on the
+            rest. None if too few passed for a threshold that keeps `FALSE_ALARMS`.
     """
 
     passed: int

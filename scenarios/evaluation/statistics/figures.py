@@ -17,13 +17,13 @@ class Figures:
     """Figures of episodes that passed or failed; None if no episode has the figure.
 
     Attributes:
-        time_s: mean time of the passed episodes, without exchanges.
-        path_m: mean path of the right tip in the passed episodes.
-        jerk_m: mean size of the right tip's third difference between control steps, likewise.
-        corrections: mean number.
-        interventions: mean number of the safety filter's interventions.
-        injured: number of episodes with an injury.
-        clearance_m: smallest clearance of all episodes.
+        time_s: Mean time of the passed episodes, without exchanges.
+        path_m: Mean path of the right tip in the passed episodes.
+        jerk_m: Mean size of the right tip's third difference between control steps, likewise.
+        corrections: Mean number.
+        interventions: Mean number of the safety filter's interventions.
+        injured: Number of episodes with an injury.
+        clearance_m: Smallest clearance of all episodes.
     """
 
     time_s: float | None

@@ -1,4 +1,4 @@
-"""Statistics of two arms on the same patients."""
+"""Statistics of two systems on the same patients."""
 
 from __future__ import annotations
 
@@ -14,12 +14,12 @@ Interval = tuple[float, float]
 def mcnemar_exact(only_first: int, only_second: int) -> float:
     """Return the exact two-sided p-value of McNemar's test, from the binomial distribution.
 
-    McNemar (1947, Psychometrika 12:153-157): pairs with equal outcomes say nothing; of the other
-    pairs, half should favour each arm if the arms do not differ.
+    McNemar (1947, Psychometrika 12:153-157): pairs with equal outcomes say nothing. Of the other
+    pairs, half should favour each system if the systems do not differ.
 
     Args:
-        only_first: pairs in which only the first arm passed.
-        only_second: pairs in which only the second arm passed.
+        only_first: Pairs in which only the first system passed.
+        only_second: Pairs in which only the second system passed.
     """
     n = only_first + only_second
     return float(binomtest(only_first, n, 0.5).pvalue) if n else 1.0
@@ -28,17 +28,17 @@ def mcnemar_exact(only_first: int, only_second: int) -> float:
 def tango_interval(only_first: int, only_second: int, n: int, z: float = 1.96) -> Interval:
     """Return the score interval of the difference of two paired rates, first minus second.
 
-    Tango (1998, Stat. Med. 17:891-908): the differences d whose score `tango_score` lies within
-    -z and z. It keeps its level with few pairs and with rates of 0 and 1; Wald's does not.
+    Tango (1998, Stat. Med. 17:891-908): the differences d whose score `tango_score` lies within -z
+    and z. The interval keeps its level with few pairs and with rates of 0 and 1; Wald's does not.
 
     Args:
-        only_first: pairs in which only the first arm passed.
-        only_second: pairs in which only the second arm passed.
-        n: number of all pairs; for 0 the interval is (-1, 1).
-        z: normal quantile; 1.96 for 95 %.
+        only_first: Pairs in which only the first system passed.
+        only_second: Pairs in which only the second system passed.
+        n: Number of all pairs; for 0 the interval is (-1, 1).
+        z: Normal quantile; 1.96 for 95 %.
 
     Raises:
-        ValueError: the counts are negative, or their sum exceeds `n`.
+        ValueError: The counts are negative, or their sum exceeds `n`.
     """
     if only_first < 0 or only_second < 0 or only_first + only_second > n:
         raise ValueError(f"{only_first} and {only_second} must be 0 or more, {n} at most together")
@@ -50,9 +50,9 @@ def tango_interval(only_first: int, only_second: int, n: int, z: float = 1.96) -
 def tango_score(only_first: int, only_second: int, n: int, difference: float) -> float:
     """Return how many standard errors the observed difference of rates lies above `difference`.
 
-    Tango (1998), equations 10 and 12: the error is estimated under `difference`, at the most
-    likely share q of pairs in which only the second passes. The score is +-inf if the observed
-    difference is impossible.
+    Tango (1998), equations 10 and 12: the error is estimated under `difference`. The share q of
+    pairs in which only the second passes takes its most likely value. The score is +-inf if the
+    observed difference is impossible.
     """
     b, c, d = only_first, only_second, difference
     lin = (2 * n - b + c) * d - b - c

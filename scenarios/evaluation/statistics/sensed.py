@@ -1,4 +1,4 @@
-"""How far what was sensed is from the truth, over the episodes of an arm."""
+"""Errors of the observations against the truth, over the episodes of a system."""
 
 from __future__ import annotations
 
@@ -16,14 +16,14 @@ class SensedFigures:
     """Figures over episodes with this sense.
 
     Attributes:
-        sense: a key of `scenarios.catalogue.SENSES`.
-        episodes: how many were measured.
-        near_m, from_tip_m, clips_m: medians of the episodes' medians; None if no episode has any.
-        near_p90_m: median of the episodes' 90th percentiles.
-        worst_m: largest of the episodes' medians near the tip.
-        clips_counted, cuts_seen, within_95, hidden: means of the episodes' shares.
-        over_time_m: medians of the episodes' errors in each 5 s; None where fewer than half of
-            the episodes came near the tissue.
+        sense: A key of `scenarios.catalogue.SENSES`.
+        episodes: Number of measured episodes.
+        near_m, from_tip_m, clips_m: Medians of the episodes' medians; None if no episode has any.
+        near_p90_m: Median of the episodes' 90th percentiles.
+        worst_m: Largest of the episodes' medians near the tip.
+        clips_counted, cuts_seen, within_95, hidden: Means of the episodes' shares.
+        over_time_m: Medians of the episodes' errors in each 5 s. None where fewer than half of the
+            episodes came near the tissue.
     """
 
     sense: str
@@ -41,7 +41,7 @@ class SensedFigures:
 
 
 def sensed_figures(results: Iterable[EpisodeResult]) -> tuple[SensedFigures, ...]:
-    """Return the figures for each sense of which there are measured episodes."""
+    """Return the figures for each sense of the measured episodes."""
     measured = [r for r in results if r.sensing is not None]
     senses = dict.fromkeys(r.sense for r in measured)
     return tuple(_of(sense, [r for r in measured if r.sense == sense]) for sense in senses)

@@ -1,6 +1,6 @@
-"""How much does the pass rate depend on each threshold? A reading of the same episodes.
+"""Estimate how much the pass rate depends on each threshold, from the same episodes.
 
-No episode is run again: a robot that was told of other limits might have acted otherwise.
+No episode is run again: a robot with other limits might have acted otherwise.
 """
 
 from __future__ import annotations
@@ -16,15 +16,16 @@ FACTORS = (0.5, 1.0, 2.0)
 
 @dataclass(frozen=True, kw_only=True)
 class ThresholdSensitivity:
-    """What a threshold times each of `FACTORS` would make of the same episodes.
+    """The outcomes of the same episodes under a threshold times each of `FACTORS`.
 
     Attributes:
-        threshold: what is limited.
-        limit: in SI units; None if it differs between patients.
-        at_least: whether the limit is a lower one.
-        closest: value over limit that came nearest to the limit, or went furthest beyond it.
-        passed: number of episodes that would pass, for each of `FACTORS`.
-        episodes: number of episodes that count in the pass rate.
+        threshold: The limited quantity.
+        limit: In SI units; None if it differs between patients.
+        at_least: Whether the limit is a lower one.
+        closest: The value over the limit that came nearest to the limit, or went furthest beyond
+            it.
+        passed: Number of episodes that would pass, for each of `FACTORS`.
+        episodes: Number of episodes that count in the pass rate.
     """
 
     threshold: str
@@ -48,8 +49,8 @@ def sensitivity(results: Sequence[EpisodeResult]) -> tuple[ThresholdSensitivity,
 def passes(result: EpisodeResult, threshold: str, factor: float) -> bool:
     """Tell whether an episode would pass if one threshold were multiplied by a factor.
 
-    A laxer limit makes a failure a pass only if injuries of this threshold are all that was wrong.
-    It forgives none that has no tolerance (a limit of zero).
+    A laxer limit turns a failure into a pass only if injuries of this threshold are its only
+    faults. It forgives no injury without tolerance (a limit of zero).
     """
     if not result.success and (not result.injuries or first_not_done(result) is not None):
         return False
@@ -59,7 +60,7 @@ def passes(result: EpisodeResult, threshold: str, factor: float) -> bool:
 
 
 def threshold_of(event: str) -> str:
-    """Return what an event limits, without its structure: "crush of duct" is a crush."""
+    """Return an event's limited quantity, without its structure: "crush of duct" is a crush."""
     return event.partition(" of ")[0]
 
 

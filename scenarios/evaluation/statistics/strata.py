@@ -1,4 +1,4 @@
-"""Which patients pass: episodes grouped by what their patient's anatomy is."""
+"""Group episodes by their patients' anatomy."""
 
 from __future__ import annotations
 
@@ -19,15 +19,15 @@ Strata = Mapping[str, Mapping[str, Summary]]
 
 VARIANT = "variant"
 NAMED = ("usual", "two-arteries", "artery-in-front", "artery-behind", "swapped", "low-insertion")
-"""What `Anatomy.variant` can be, in the order of the report."""
+"""The possible values of `Anatomy.variant`, in the order of the report."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class Division:
-    """How a number of `Anatomy` is cut into strata; each stratum begins at its cut.
+    """The division of a number of `Anatomy` into strata; each stratum begins at its cut.
 
     Attributes:
-        at: the cuts, rising, in SI units; one fewer than `names`.
+        at: The cuts, rising, in SI units; one fewer than `names`.
     """
 
     field: str
@@ -60,7 +60,7 @@ NAMES: dict[str, tuple[str, ...]] = {VARIANT: NAMED} | {
 
 
 def strata(results: Mapping[Case, EpisodeResult]) -> Strata:
-    """Group episodes by their patients, which seed and condition determine."""
+    """Group episodes by their patients; seed and condition determine the patient."""
     placed = [
         (places(case.seed, case.condition.scenario, case.condition.magnitude), result)
         for case, result in results.items()

@@ -1,4 +1,4 @@
-"""How long a controller thinks, against how long the motions last that it returns."""
+"""Measure a controller's computing time against the duration of the motions that it returns."""
 
 from __future__ import annotations
 
@@ -12,27 +12,27 @@ from tissue_sim.periods import CONTROL_PERIOD_S
 
 
 class TooSlowError(RuntimeError):
-    """A controller took longer than it may."""
+    """A controller took longer than its limit."""
 
 
 class ActTime:
-    """Times each `act` of a controller by the clock on the wall.
+    """Measures the wall time of each `act` of a controller.
 
     Attributes:
-        worst: the one that took longest for what it returned; None before the first.
+        worst: The act with the longest wall time for its motions; None before the first.
     """
 
     def __init__(self, limit_s: float | None) -> None:
-        """Allow each `act` so much time; any, if None."""
+        """Set the limit of each `act`; None sets no limit."""
         self.worst: ActResult | None = None
         self._limit_s = limit_s
 
     def timed(self, act: Callable[[], object]) -> Chunk:
-        """Return what `act` returns.
+        """Return the chunk that `act` returns.
 
         Raises:
-            TooSlowError: it took too long.
-            TypeError, ValueError: it returned no motions.
+            TooSlowError: The act took too long.
+            TypeError, ValueError: The act returned no motions.
         """
         start_s = time.perf_counter()
         chunk = require_chunk(act())

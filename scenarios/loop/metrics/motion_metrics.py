@@ -1,4 +1,4 @@
-"""Measure how the arms moved and the planner's chance of failure in each task."""
+"""Measure the motion of the arms, and the planner's chance of failure in each task."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Measure how far what was sensed is from the truth."""
+"""Measure the errors of the observations against the truth."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The record of an episode's tasks: which succeeded, how long each took, who corrected it."""
+"""Record an episode's tasks: their success, their duration, and their corrections."""
 
 from __future__ import annotations
 
@@ -11,10 +11,10 @@ from tissue_sim.world import World
 
 
 class TaskRecord:
-    """Assigns each step to the instructed task, and notes which tasks have succeeded.
+    """Assigns each step to the instructed task, and records the tasks that have succeeded.
 
     Attributes:
-        results: result of each task begun so far, by index.
+        results: Result of each task begun so far, by index.
     """
 
     def __init__(self, world: World) -> None:
@@ -50,7 +50,7 @@ class TaskRecord:
         return done.issuperset(task.index for task in self._needed)
 
     def in_order(self) -> tuple[TaskResult, ...]:
-        """Return the results by index, those of tasks that were passed over by the rule too."""
+        """Return the results by index, including tasks that the rule for fewer clips left out."""
         left_out = {
             task.index: TaskResult(
                 index=task.index,
@@ -78,15 +78,15 @@ class TaskRecord:
         )
 
     def _begins_correction(self, instruction: Instruction) -> bool:
-        """Return whether a correction is in force that was not at the step before."""
+        """Return whether a correction is in force that was not in force at the step before."""
         before, self._correction = self._correction, _correction_in(instruction)
         return self._correction not in (None, before)
 
 
 def _correction_in(instruction: Instruction) -> tuple[str, Source, float] | None:
-    """Return what tells one correction from the next.
+    """Return the identity of the correction in force.
 
-    A planner repeats its correction as long as it means it; a person's is told by its time.
+    A planner repeats its correction while the correction lasts; the time identifies a person's.
     """
     if instruction.correction is None:
         return None

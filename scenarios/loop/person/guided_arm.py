@@ -23,10 +23,10 @@ class GuidedArm:
     Attributes:
         arm: `LEFT_ARM` or `RIGHT_ARM`.
         T_world_goal: (4, 4) pose of its tool.
-        jaw_rad: total opening.
+        jaw_rad: Total opening.
 
     Raises:
-        ValueError: there is no such arm, or the goal is no pose within `REACH_M` of the organ.
+        ValueError: There is no such arm, or the goal is no pose within `REACH_M` of the organ.
     """
 
     arm: int

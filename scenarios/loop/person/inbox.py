@@ -1,4 +1,4 @@
-"""What people say to a running episode, from any thread; the loop reads it without waiting."""
+"""People's words to a running episode, from any thread; the loop reads them without waiting."""
 
 from __future__ import annotations
 
@@ -25,13 +25,13 @@ LONGEST = 1000  # characters of a text that is read; far beyond what is read as 
 
 @dataclass(frozen=True, kw_only=True)
 class Heard:
-    """What a person said to an episode, and the outcome.
+    """A person's words to an episode, and their outcome.
 
     Attributes:
-        time_s: simulated time at which the loop read it.
-        instruction: the resulting instruction; None if the text was a question, was not understood
+        time_s: Simulated time at which the loop read the text.
+        instruction: The resulting instruction. None if the text was a question, was not understood
             or was refused, which changes nothing.
-        reply: in words, for the person.
+        reply: The answer in words, for the person.
     """
 
     time_s: float
@@ -52,13 +52,13 @@ def interpreter() -> Interpreter:
 
 
 def read(text: str) -> Reading:
-    """Return how any text is understood; one that is too long to be read holds the arms."""
-    whole = text.encode("utf-8", "replace").decode()  # half a letter can be shown nowhere
+    """Return the reading of any text; a text over the length limit holds the arms."""
+    whole = text.encode("utf-8", "replace").decode()  # no output can show half a letter
     return too_long(whole) if len(whole) > LONGEST else interpreter().read(whole)
 
 
 def too_long(text: str) -> Reading:
-    """Return the reading of a text of which only the beginning is kept: the rest may say stop."""
+    """Return the reading of a text of which only the beginning is read: the rest may say stop."""
     return Reading(
         text=text[:LONGEST],
         command=COMMANDS["stop"],
@@ -72,7 +72,7 @@ class Inbox:
     """A queue of readings. Texts are read in the thread that submits them, not in the loop.
 
     Attributes:
-        guided: the arm that a person leads now, and its goal.
+        guided: The arm that a person leads now, and its goal.
     """
 
     def __init__(self) -> None:
@@ -82,7 +82,7 @@ class Inbox:
         self.guided: GuidedArm | None = None
 
     def say(self, text: str) -> Reading:
-        """Submit free text; return how it is read, whether understood or asked back."""
+        """Submit free text; return its reading, whether understood or asked back."""
         reading = read(text)
         self.put(reading)
         return reading
@@ -117,7 +117,7 @@ class Inbox:
         self._arranged = deque((timed.time_s, read(timed.text)) for timed in ordered)
 
     def take(self, time_s: float) -> list[Reading]:
-        """Return the scheduled readings due at a simulated time, then those said; each once."""
+        """Return the scheduled readings due at a simulated time, then the submitted; each once."""
         taken = []
         while self._arranged and self._arranged[0][0] <= time_s + 1e-9:
             taken.append(self._arranged.popleft()[1])

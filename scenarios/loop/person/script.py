@@ -1,4 +1,4 @@
-"""Timed instructions from a file, so that what a person says can be repeated."""
+"""Timed instructions from a file, so that a person's words can be repeated."""
 
 from __future__ import annotations
 
@@ -18,11 +18,11 @@ class Timed:
     """Words for one moment of an episode.
 
     Attributes:
-        time_s: simulated time, at least 0.
-        text: the person's words; read beforehand, and answered when the time comes.
+        time_s: Simulated time, at least 0.
+        text: The person's words; read beforehand, and answered when the time comes.
 
     Raises:
-        ValueError: the time is invalid, or there are no words.
+        ValueError: The time is invalid, or there are no words.
     """
 
     time_s: float
@@ -40,7 +40,7 @@ def read_script(path: Path) -> tuple[Timed, ...]:
     """Read the lines of a file in UTF-8, each with a time and words; skip empty lines.
 
     Raises:
-        BadInputError: the file cannot be read, or a line has another form.
+        BadInputError: The file cannot be read, or a line has another form.
     """
     try:
         if path.stat().st_size > MOST_BYTES:

@@ -1,8 +1,9 @@
-"""A scripted surgeon who watches a procedure, sees the truth, and corrects the robot in words.
+"""A scripted surgeon who watches a procedure, reads the truth, and corrects the robot in words.
 
-SRT-H's surgeon watched the pictures and said one of 18 corrections where the robot erred. This one
-says how far the right arm must move where its jaws are about to act beside their place, has them
-closed once they are there, and says nothing otherwise. The inbox reads it as any person's words.
+SRT-H's surgeon watched the pictures and said one of 18 corrections where the robot erred. The
+scripted surgeon says how far the right arm must move if its jaws are about to act beside their
+place. It orders the jaws closed once they are in their place, and says nothing otherwise. The inbox
+reads its words like any person's.
 """
 
 from __future__ import annotations
@@ -25,9 +26,9 @@ from tissue_sim.periods import CONTROL_PERIOD_S
 from tissue_sim.tools.arms import RIGHT_ARM
 from tissue_sim.world import World
 
-SHOWN_M = 1.5e-3  # along an axis of the endoscope: an error that a surgeon sees; assumed
+SHOWN_M = 1.5e-3  # along an axis of the endoscope: an error that a surgeon notices; assumed
 LOWER_M = 3e-3  # by which the upper clip may sit lower: the gallbladder may be in the way; assumed
-CONTENT_M = 1e-3  # what is left along each axis when it is corrected; assumed
+CONTENT_M = 1e-3  # remaining error along each axis after a correction; assumed
 MOST_SAID = 6  # in a try, where the jaws would close rightly; assumed
 NEAR_M = 0.010  # from the jaws' place: farther off they are on their way; assumed
 CLOSING_RAD = 3e-3  # in a control step; assumed
@@ -37,7 +38,7 @@ WORDS = {c.direction or c.jaw: c.text for c in CORRECTIONS if c.arm == "right"}
 
 
 class Surgeon:
-    """Observes an episode, and speaks to it through its inbox."""
+    """Observes an episode, and speaks to the robot through the episode's inbox."""
 
     def __init__(self, inbox: Inbox) -> None:
         self._inbox = inbox
@@ -49,7 +50,7 @@ class Surgeon:
         self._tips_m = deque[Array](maxlen=round(STANDS_S / CONTROL_PERIOD_S))
 
     def on_step(self, step: Step) -> None:
-        """Watch a step; say what it takes, if anything."""
+        """Observe a step; say a correction if the step needs one."""
         task, closes, stands = step.instruction.task, self._closes(step), self._stands(step)
         self._said = self._said if task == self._task else 0
         self._task = task
@@ -94,7 +95,7 @@ class Surgeon:
         return clip_pose(world, tube, task.clip) if task.clip else cut_pose(world, tube)
 
     def _is_right(self, task: Task, *, low_m: float) -> bool:
-        """Return whether jaws that close now, so far below their place, do what they should."""
+        """Return whether jaws that close now, `low_m` below their place, would act correctly."""
         world, tube = self._world, structure_of(task, self._world)
         T, tool = world.arms.T_world_tool()[RIGHT_ARM], world.arms.mounted[RIGHT_ARM]
         on_tube = between_jaws(world.tubes, T, tool.name) == {tube} and belongs_here(world, tube, T)

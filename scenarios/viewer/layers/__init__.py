@@ -1,1 +1,1 @@
-"""What is drawn in the 3D scene? One kind of object a file."""
+"""What is drawn in the 3D scene? Each file draws one kind of object."""

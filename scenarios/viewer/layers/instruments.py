@@ -18,10 +18,10 @@ ARM_OF = {"grasper": LEFT_ARM, "clip_applier": RIGHT_ARM, "scissors": RIGHT_ARM}
 
 
 class InstrumentLayer:
-    """All three tools, created once; those that are not mounted are hidden.
+    """All three tools, created once; tools that are not mounted are hidden.
 
-    Links are batches of one: setting a plain node's pose takes viser longer than everything else
-    in this layer.
+    Links are batches of one. Setting a plain node's pose takes viser longer than everything else in
+    this layer.
     """
 
     def __init__(self, scene: viser.SceneApi, root: str, patient: Patient) -> None:

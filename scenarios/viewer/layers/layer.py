@@ -1,4 +1,4 @@
-"""The interface of all layers, and conversions they share."""
+"""The interface of all layers, and their common conversions."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ class Layer(Protocol):
     """
 
     def update(self, frame: Frame) -> None:
-        """Show this frame; send only what has changed visibly."""
+        """Show this frame; send only the visible changes."""
         ...
 
 

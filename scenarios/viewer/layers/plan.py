@@ -24,6 +24,6 @@ class PlanLayer:
         ]
 
     def update(self, frame: Frame) -> None:
-        """Draw from the tips to where the chunk ends."""
+        """Draw from the tips to the end of the chunk."""
         for line, path in zip(self._lines, frame.ahead_m, strict=True):
             show(line, "points", np.stack([path[:-1], path[1:]], axis=1))

@@ -1,4 +1,4 @@
-"""Layer of what the robot sees: its points as balls of 95 %, hidden ones in another colour."""
+"""Layer of the observation: its points as balls of 95 %, hidden points in another colour."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ LEAST_M = 0.0003  # a point that is known exactly is still visible
 
 
 class SeenLayer:
-    """Two batches of balls: points that a camera sees, and hidden ones."""
+    """Two batches of balls: points that a camera shows, and hidden points."""
 
     def __init__(self, scene: viser.SceneApi, root: str, patient: Patient) -> None:
         del patient
@@ -36,7 +36,7 @@ class SeenLayer:
         }
 
     def update(self, frame: Frame) -> None:
-        """Move the balls to where the robot thinks that the points are."""
+        """Move the balls to the observed points."""
         for hidden, balls in self._balls.items():
             chosen = frame.seen_hidden == hidden
             n = int(chosen.sum())

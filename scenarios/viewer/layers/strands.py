@@ -1,4 +1,4 @@
-"""Layer of the connective tissue that is left."""
+"""Layer of the intact connective tissue."""
 
 from __future__ import annotations
 

@@ -18,7 +18,7 @@ SPLITS = 2  # subdivisions: about 3,300 triangles, smooth enough on a screen
 class TissueLayer:
     """The tissue's skin: triangles are sent only after a cut, otherwise only points.
 
-    Most of the time it hardly moves: then nothing is computed or sent.
+    Most of the time the tissue hardly moves: then nothing is computed or sent.
     """
 
     def __init__(self, scene: viser.SceneApi, root: str, patient: Patient) -> None:

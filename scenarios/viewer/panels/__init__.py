@@ -1,1 +1,1 @@
-"""Which panels stand beside the 3D scene? One panel a file."""
+"""Which panels stand beside the 3D scene? Each file is one panel."""

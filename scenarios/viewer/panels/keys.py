@@ -13,7 +13,7 @@ from scenarios.viewer.session_state import Asks, SessionState
 
 @dataclass(frozen=True, kw_only=True)
 class Key:
-    """A key and what it does: submit a command, or call a method of the session."""
+    """A key and its action: submit a command, or call a method of the session."""
 
     hotkey: str
     label: str

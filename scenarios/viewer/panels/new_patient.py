@@ -38,7 +38,7 @@ class NewPatientPanel:
         """Begin an episode with the chosen seed and scenario.
 
         Raises:
-            ValueError: there is no such seed or scenario.
+            ValueError: There is no such seed or scenario.
         """
         seed = self._seed.value
         if not 0 <= seed <= LARGEST_SEED or seed != int(seed):
@@ -50,5 +50,5 @@ class NewPatientPanel:
 
 
 def _scenarios_with(sense: str) -> tuple[str, ...]:
-    """Return the scenarios that mean something with this sense, which a session keeps."""
+    """Return the scenarios that fit this sense, which a session keeps."""
     return tuple(name for name in SCENARIOS if SENSE_OF.get(name, sense) == sense)

@@ -11,5 +11,5 @@ class Panel(Protocol):
     """Part of the page, made by `Panel(gui, ask)` in viser's current container."""
 
     def update(self, state: State) -> None:
-        """Show the session's state; viser sends only what has changed."""
+        """Show the session's state; viser sends only the changes."""
         ...

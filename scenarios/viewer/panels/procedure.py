@@ -54,7 +54,7 @@ def _source(instruction: Instruction) -> str:
 
 
 def _limits(instruction: Instruction) -> str:
-    """Return what a person forbade, why the arms hold, and at which speed they move."""
+    """Return a person's prohibitions, the reason of a hold, and the speed of the arms."""
     told = [f"forbidden: {act}" for act in instruction.forbidden]
     told += [instruction.remark] if instruction.hold and instruction.remark else []
     told += [f"speed {instruction.speed:.0%}"] if instruction.speed != 1.0 else []

@@ -1,7 +1,7 @@
 """CSS of the panels, in addition to viser's own.
 
-It lays the correction buttons out as pads. If a later viser no longer has the classes that it
-names, the buttons stand one below the other with their whole texts, and work as before.
+The style lays the correction buttons out as pads. A later viser may lack the classes that the style
+names. Then the buttons stand one below the other with their whole texts, and work as before.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""What a page is served by: a viser server behind its gate, and a thread that draws."""
+"""The server of a page: a viser server behind its gate, and a thread that draws."""
 
 from __future__ import annotations
 
@@ -21,8 +21,8 @@ class DrawnPage(ABC):
     """Serves and draws while its `with` block lasts.
 
     Attributes:
-        gate: decides who may reach the page.
-        server: viser's.
+        gate: Decides who may reach the page.
+        server: The viser server.
     """
 
     def __init__(self, gate: Gate, *, host: str, port: int) -> None:

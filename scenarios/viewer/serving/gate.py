@@ -1,9 +1,9 @@
-"""Who may reach the page: this machine's own pages, or who knows the token.
+"""Access to the page: for this machine's own pages, and for clients with the token.
 
-Any website that a browser shows may open a WebSocket to this machine; only its `Origin` tells it
-from the page (RFC 6455, section 10.2). A name that an attacker points at this machine passes for
-the same origin, so `Host` is checked as well. A tab that floods the page is read no faster than a
-person acts, so that it waits by itself and the others do not.
+Any website that a browser shows may open a WebSocket to this machine; only its `Origin`
+distinguishes it from the page (RFC 6455, section 10.2). A name that an attacker points at this
+machine passes for the same origin, so `Host` is checked as well. A tab that floods the page is read
+no faster than a person acts, so that this tab waits and the others do not.
 """
 
 from __future__ import annotations
@@ -29,7 +29,7 @@ COOKIE = "calot"
 MOST_PER_S, BURST = 200, 600  # messages from a tab; viser's page sends 20 to 60 a second; assumed
 MOST_BYTES = 2**20  # of a message; a person's text is far shorter
 Accepts = Callable[[str | bytes], bool]
-Headers = Mapping[str, str] | Message  # servers' own, which know a name in any case
+Headers = Mapping[str, str] | Message  # the servers' own headers, which ignore the case of names
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -37,14 +37,14 @@ class Gate:
     """Decides on requests by their headers.
 
     Attributes:
-        token: that must be known, in the address or in the cookie which the page sets then; "" on
-            an address that only this machine can reach.
+        token: The token that a client must present, in the address or in the cookie that the page
+            sets then. "" on an address that only this machine can reach.
     """
 
     token: str = ""
 
     def refusal(self, headers: Headers, path: str) -> str | None:
-        """Return why a request is refused; None if it may pass."""
+        """Return the reason why a request is refused; None if the request may pass."""
         host, origin = headers.get("Host", ""), headers.get("Origin")
         if not self.token and _name(f"//{host}") not in LOOPBACK:
             return f"host {host!r} is not this machine"
@@ -60,7 +60,7 @@ class Gate:
         return any(secrets.compare_digest(one.encode(), self.token.encode()) for one in said)
 
     def before(self, process: Callable[[Any, Any], Any] | None) -> Callable[[Any, Any], Any]:
-        """Return what answers a request of `websockets`: a refusal, or what `process` does."""
+        """Return a function that answers a request of `websockets` by a refusal or by `process`."""
 
         def answer(connection: Any, request: Any) -> Any:
             if (why := self.refusal(request.headers, request.path)) is not None:
@@ -81,7 +81,8 @@ def gate_for(host: str) -> Gate:
 class Paced(ServerConnection):
     """A connection of which at most `MOST_PER_S` messages are read, after a burst of `BURST`.
 
-    What is not read fills the sender's own buffers. A message that is not accepted ends it.
+    Unread messages fill the sender's own buffers. A message that is not accepted ends the
+    connection.
     """
 
     _free_at_s = 0.0
@@ -111,7 +112,7 @@ def guarded(gate: Gate, accepts: Accepts = lambda _: True) -> Iterator[None]:
 
     Its connections are `Paced`, and end with a message that is not accepted, or is too large.
 
-    viser has no setting for it.
+    The function replaces `serve`, because viser has no setting for a gate.
     """
     from websockets.asyncio import server
 

@@ -30,10 +30,10 @@ def serve(
     console: Terminal,
     say_port: int | None = None,
 ) -> Iterator[None]:
-    """Serve a page while the block lasts; the microphone's, if any, is on `say_port`.
+    """Serve a page while the block lasts; the microphone's page, if any, is on `say_port`.
 
     Raises:
-        BadInputError: the page cannot be served on this port.
+        BadInputError: The page cannot be served on this port.
     """
     with make(choose_port(host, port, say_port=say_port)) as page:
         if port is None and page.port != FIRST_PORT:

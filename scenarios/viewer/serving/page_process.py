@@ -1,4 +1,4 @@
-"""The page in a separate process: in the loop's process it would slow the loop down."""
+"""Run the page in a separate process: in the loop's process it would slow the loop down."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ class PageProcess:
         """Serve the session; `say_port` also takes `POST /say`.
 
         Raises:
-            MainGuardError: this is called by a script that has no main guard.
+            MainGuardError: The caller is a script that has no main guard.
         """
         require_main_guard()
         self.gate = gate_for(host)
@@ -94,7 +94,7 @@ class SessionLink:
 
 
 def answer(connection: Connection, session: SessionState) -> None:
-    """Call the session's methods that the page asks for, until the connection closes."""
+    """Call the session's methods on the page's requests, until the connection closes."""
     with suppress(*GONE):
         while True:
             method, args, kwargs = connection.recv()
@@ -115,7 +115,7 @@ def _serve(
 ) -> None:
     """Run the page in its process: send its port, and serve until the connection closes.
 
-    What takes long is asked over the second line, so that no order waits for it.
+    Slow calls go over the second line, so that no order waits for them.
     """
     from scenarios.loop.person.inbox import interpreter
     from scenarios.viewer.page import Page

@@ -20,7 +20,7 @@ def choose_port(
     `say_port` is not free: the page with the microphone is served there.
 
     Raises:
-        BadInputError: the requested port or all ports are taken, or `host` is not this machine's.
+        BadInputError: The requested port or all ports are taken, or `host` is not this machine's.
     """
     try:
         family_of(host)
@@ -46,18 +46,18 @@ def family_of(host: str) -> socket.AddressFamily:
     """Return whether a server listens there by IPv4 or IPv6.
 
     Raises:
-        OSError, UnicodeError: there is no such host.
+        OSError, UnicodeError: There is no such host.
     """
     return socket.getaddrinfo(host, None)[0][0]
 
 
 def in_address(host: str) -> str:
-    """Return the host as an address on the web has it: one of IPv6 in brackets."""
+    """Return the host as part of a web address: an IPv6 host in brackets."""
     return f"[{host}]" if ":" in host else host
 
 
 def _why_not(host: str, port: int) -> str | None:
-    """Return why a server cannot listen on this port; None if it can."""
+    """Return the reason why a server cannot listen on this port; None if it can."""
     try:
         with socket.create_server((host, port), family=family_of(host)):
             return None

@@ -1,7 +1,7 @@
 """`POST /say`: a person at the microphone page, or any program, speaks to the episode.
 
-A client may send anything, or nothing: it has `LIMIT_S`, a body is read up to `MOST_BYTES`, and
-what is longer holds the arms, because a stop may be in it.
+A client may send anything, or nothing. Its whole request must arrive within `LIMIT_S`. A body is
+read up to `MOST_BYTES`. A longer body holds the arms, because it may contain a stop.
 """
 
 from __future__ import annotations
@@ -44,10 +44,10 @@ def say_server(ask: Asks, gate: Gate, *, host: str, port: int) -> Iterator[None]
 def spoken_in(body: bytes, kind: str) -> tuple[str, bool]:
     """Return the text of a body, plain or JSON {"text": TEXT}, and whether its speaker goes on.
 
-    A recogniser that hears more says so: {"text": TEXT, "unfinished": true}.
+    A recogniser that expects more speech reports it: {"text": TEXT, "unfinished": true}.
 
     Raises:
-        ValueError: it is neither.
+        ValueError: The body is neither.
     """
     if "json" not in kind:
         return body.decode("utf-8"), False
@@ -61,7 +61,7 @@ def spoken_in(body: bytes, kind: str) -> tuple[str, bool]:
 
 
 def holds(reading: Reading) -> bool:
-    """Return whether a text holds the arms, whatever else is said after it."""
+    """Return whether a text holds the arms, whatever words follow it."""
     return reading.command is not None and reading.command.word in ("stop", "pause")
 
 
@@ -69,7 +69,7 @@ def length_of(headers: Headers) -> int:
     """Return the length of a body.
 
     Raises:
-        ValueError: the header is missing, or no whole number of digits.
+        ValueError: The header is missing, or no whole number of digits.
     """
     said = headers.get("Content-Length", "")
     if not (said.isascii() and said.isdigit() and len(said) <= 18):
@@ -81,17 +81,17 @@ class _Server(ThreadingHTTPServer):
     daemon_threads = True
 
     def handle_error(self, request: Any, client_address: Any) -> None:
-        """Say nothing of a client that has gone."""
+        """Report no error of a client that has gone."""
         if not isinstance(sys.exc_info()[1], OSError):
             super().handle_error(request, client_address)
 
 
 def _handler(ask: Asks, gate: Gate) -> type[BaseHTTPRequestHandler]:
     class Handler(BaseHTTPRequestHandler):
-        """Answers in JSON how the text is read; the robot's reply stands in the page's log."""
+        """Answers in JSON with the text's reading; the robot's reply stands in the page's log."""
 
         def handle(self) -> None:
-            """Read one request; what has not come after `LIMIT_S` never comes."""
+            """Read one request; the rest of a request after `LIMIT_S` is ignored."""
             late = Timer(LIMIT_S, self._end_reading)
             late.daemon = True
             late.start()
@@ -113,7 +113,7 @@ def _handler(ask: Asks, gate: Gate) -> type[BaseHTTPRequestHandler]:
             return self._send(HTTPStatus.OK, PAGE.read_bytes(), "text/html; charset=utf-8")
 
         def do_POST(self) -> None:
-            """Read the text, and submit it; of an unfinished one, only what holds the arms."""
+            """Read the text, and submit it; submit an unfinished text only if it holds the arms."""
             if (why := gate.refusal(self.headers, self.path)) is not None:
                 return self._answer(HTTPStatus.FORBIDDEN, {"error": why})
             if self.path.partition("?")[0] != "/say":
@@ -131,7 +131,7 @@ def _handler(ask: Asks, gate: Gate) -> type[BaseHTTPRequestHandler]:
             return self._answer(HTTPStatus.OK, {"command": command, "reply": reading.reply})
 
         def _heard(self) -> tuple[Reading, bool]:
-            """Return how the body is read, and whether its speaker goes on."""
+            """Return the reading of the body, and whether its speaker goes on."""
             length, kind = length_of(self.headers), self.headers.get("Content-Type", "")
             body = self.rfile.read(min(length, MOST_BYTES))
             if len(body) < min(length, MOST_BYTES):
@@ -152,6 +152,6 @@ def _handler(ask: Asks, gate: Gate) -> type[BaseHTTPRequestHandler]:
             self.wfile.write(body)
 
         def log_message(self, format: str, *args: Any) -> None:
-            """Keep the terminal for the run."""
+            """Log nothing, because the run uses the terminal."""
 
     return Handler

@@ -1,9 +1,9 @@
-"""What a tab of the page may send: a few kinds of messages, finite and of the right form.
+"""The allowed messages of a tab of the page: a few kinds, finite and of the right form.
 
-viser sets any property that a tab names, shares the page with the world when asked to, keeps what
-is uploaded, and ends in a traceback at what it cannot use. So a tab that sends anything else than
-the page itself would is disconnected before viser sees it; the browser then connects again, and
-shows what is true.
+Without this check viser sets any property that a tab names, and shares the page with the world on
+request. It also keeps uploads, and ends in a traceback at invalid messages. A tab that sends any
+other message is therefore disconnected before viser receives the message. The browser then connects
+again, and shows the true state.
 """
 
 from __future__ import annotations
@@ -15,7 +15,7 @@ import msgspec
 import viser
 from msgspec import Meta
 
-Number = Annotated[float, Meta(ge=-1e300, le=1e300)]  # no infinity, and nothing that is no number
+Number = Annotated[float, Meta(ge=-1e300, le=1e300)]  # neither infinite nor not-a-number
 Name = Annotated[str, Meta(max_length=200)]
 Point = tuple[Number, Number, Number]
 Turn = tuple[Number, Number, Number, Number]
@@ -65,7 +65,7 @@ class TransformControlsDragEndMessage(_Kind):
 
 
 class ViewerCameraMessage(_Kind):
-    """Where a tab looks from, which only that tab uses: any number."""
+    """The tab's viewpoint, which only that tab uses: any number."""
 
     wxyz: tuple[float, float, float, float]
     position: tuple[float, float, float]
@@ -109,7 +109,7 @@ def _fits(widget: Any, value: bool | float | str) -> bool:
 
 
 def read_message(sent: str | bytes) -> TabMessage | None:
-    """Return what a tab sent; None if the page sends no such thing."""
+    """Return the message that a tab sent; None if the page sends no such message."""
     try:
         return _DECODER.decode(sent.encode() if isinstance(sent, str) else sent)
     except (msgspec.MsgspecError, RecursionError, UnicodeError):

@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from scenarios.catalogue import CONTROLLERS
+from scenarios.catalogue import CONTROLLERS, PolicyEntry
 from scenarios.cli import main
 from scenarios.evaluation.arm import arm_from_text
 from scenarios.recording.first_difference import BY_THE_CLOCK
@@ -104,7 +104,7 @@ def test_a_pass_rate_below_the_limit_is_exit_code_1(tmp_path, capfd, limit, code
 
 
 def test_errors_give_exit_code_3_even_if_others_passed(tmp_path, monkeypatch):
-    monkeypatch.setitem(CONTROLLERS, "breaks", BREAKS)
+    monkeypatch.setitem(CONTROLLERS, "breaks", PolicyEntry(factory=BREAKS))
     out = str(tmp_path)
     once = ["evaluate", "--arms", "a=scripted+breaks", "--suite", "textbook"]
     once += ["--seed", "10004", "--episodes", "1"]
@@ -170,7 +170,7 @@ def test_a_folder_of_another_version_is_one_line_and_stays(capfd, half):
 def test_a_full_disk_is_one_line_and_what_is_finished_is_kept(
     whole, tmp_path, monkeypatch, capfd, request
 ):
-    monkeypatch.setitem(CONTROLLERS, "breaks", BREAKS)
+    monkeypatch.setitem(CONTROLLERS, "breaks", PolicyEntry(factory=BREAKS))
     out = shutil.copytree(whole, tmp_path / "full")
     before = {path: path.read_bytes() for path in recordings(out)}
     request.getfixturevalue("full_disk")

@@ -5,7 +5,7 @@ from pathlib import Path
 
 import pytest
 
-from scenarios.catalogue import CONTROLLERS
+from scenarios.catalogue import CONTROLLERS, PolicyEntry
 from scenarios.evaluation.arm import arm_from_text
 from scenarios.evaluation.case import attempt
 from scenarios.evaluation.folder import MANIFEST, finished, note, open_folder
@@ -135,7 +135,7 @@ def test_a_damaged_recording_is_named(tmp_path):
 
 
 def test_an_episode_that_breaks_off_is_an_error_and_is_run_again(tmp_path, monkeypatch):
-    monkeypatch.setitem(CONTROLLERS, "breaks", BREAKS)
+    monkeypatch.setitem(CONTROLLERS, "breaks", PolicyEntry(factory=BREAKS))
     some = plan("textbook", arms=(arm_from_text("a=scripted+breaks"),), seeds=[10_004])
     (case,) = some.due({})
     ended = attempt(case, tmp_path)
@@ -145,7 +145,7 @@ def test_an_episode_that_breaks_off_is_an_error_and_is_run_again(tmp_path, monke
 
 
 def test_a_full_disk_is_reported_and_the_rest_stays(tmp_path, monkeypatch, request):
-    monkeypatch.setitem(CONTROLLERS, "breaks", BREAKS)
+    monkeypatch.setitem(CONTROLLERS, "breaks", PolicyEntry(factory=BREAKS))
     (case,) = plan("nominal", arms=(arm_from_text("a=scripted+breaks"),), seeds=[10_004]).due({})
     (tmp_path / "kept").write_text("kept")
     request.getfixturevalue("full_disk")
@@ -156,7 +156,7 @@ def test_a_full_disk_is_reported_and_the_rest_stays(tmp_path, monkeypatch, reque
 
 
 def test_a_recording_that_somebody_moves_away_was_saved_and_is_run_again(tmp_path, monkeypatch):
-    monkeypatch.setitem(CONTROLLERS, "breaks", BREAKS)
+    monkeypatch.setitem(CONTROLLERS, "breaks", PolicyEntry(factory=BREAKS))
     some = plan("nominal", arms=(arm_from_text("a=scripted+breaks"),), seeds=[10_004])
     (case,) = some.due({})
     out, replace = tmp_path / "out", Path.replace

@@ -4,11 +4,12 @@ import os
 import subprocess
 import sys
 import tempfile
+from dataclasses import replace
 from io import BytesIO
 
 import pytest
 
-from scenarios.catalogue import SCENARIOS, SENSE_OF, WITNESS
+from scenarios.catalogue import PLANNERS, SCENARIOS, SENSE_OF, WITNESS
 from scenarios.cli import main, parse
 from scenarios.commands.options import policy_option
 from scenarios.commands.options.output_path import require_writable_folder
@@ -106,7 +107,7 @@ def test_bad_input_is_one_line_and_leaves_nothing_behind(capfd, tmp_path, monkey
 
 def test_every_planner_that_asks_an_endpoint_needs_one(monkeypatch):
     monkeypatch.delenv("CALOT_LLM_URL", raising=False)
-    monkeypatch.setattr(policy_option, "ENDPOINT_PLANNERS", ("rule",))
+    monkeypatch.setitem(PLANNERS, "rule", replace(PLANNERS["rule"], endpoint=True))
     with pytest.raises(BadInputError, match="CALOT_LLM_URL"):
         policy_option.require_policies("rule", "idle", None, None)
 

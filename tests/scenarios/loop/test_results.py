@@ -97,6 +97,7 @@ def test_the_file_has_the_agreed_names(tmp_path):
         "sensing",
         "privileged",
         "act",
+        "rules",
     ]
     assert list(document["summary"]) == [
         "episodes",

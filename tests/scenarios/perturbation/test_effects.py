@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from planner.instruction import TASKS
-from scenarios.catalogue import CONTROLLERS
+from scenarios.catalogue import CONTROLLERS, PolicyEntry
 from scenarios.perturbation.breathing import PERIOD_S
 from scenarios.perturbation.effects import Effects
 from scenarios.perturbation.manual import MANUAL, NUDGE_S
@@ -80,7 +80,7 @@ def test_two_that_move_the_body_add_up():
 
 @pytest.mark.parametrize("delay", [1, 7])
 def test_latency_delays_each_command_by_exactly_as_many_steps(monkeypatch, delay):
-    monkeypatch.setitem(CONTROLLERS, "waves", WAVES)
+    monkeypatch.setitem(CONTROLLERS, "waves", PolicyEntry(factory=WAVES))
     late = perturbation("latency", magnitude=delay)
     commands = [
         np.stack([step.command.joints for step in islice(episode.steps(), 40)])
@@ -108,7 +108,7 @@ def test_the_endoscope_is_moved_by_the_magnitude_at_its_moment_and_no_more(monke
 
 
 def test_motions_are_in_the_current_frame_of_the_endoscope(monkeypatch):
-    monkeypatch.setitem(CONTROLLERS, "waves", WAVES)
+    monkeypatch.setitem(CONTROLLERS, "waves", PolicyEntry(factory=WAVES))
     bump = perturbation("camera-turn", magnitude=0.5, at=AtTime(time_s=0.0))
     episode = disturbed(monkeypatch, bump, controller="waves")
     tips = [s.observation.tips_endoscope[:, :3, 3] for s in islice(episode.steps(), 12)]

@@ -11,7 +11,7 @@ import pytest
 from controller.diffusion.checkpoint import CHECKPOINTS
 from controller.diffusion.learning.training import PRESETS
 from controller.diffusion.policy import Policy
-from scenarios.catalogue import CONTROLLERS, PEOPLE, WITNESS
+from scenarios.catalogue import CONTROLLERS, PEOPLE, WITNESS, PolicyEntry
 from scenarios.loop.episode_config import EpisodeConfig
 from scenarios.recording.attempt import attempt_episode
 from scenarios.recording.first_difference import FirstDifference, first_difference
@@ -138,7 +138,7 @@ def test_another_checkpoint_under_the_same_name_is_refused(learned, tmp_path):
 def test_an_error_comes_again_and_its_absence_is_noticed(tmp_path, monkeypatch):
     with monkeypatch.context() as patch:
         breaks = "tests.scenarios.breaking_controller:ControllerBreaks"
-        patch.setitem(CONTROLLERS, "breaks", breaks)
+        patch.setitem(CONTROLLERS, "breaks", PolicyEntry(factory=breaks))
         recording = attempted(replace(IDLE, controller="breaks"), tmp_path)
         assert recording.error == "RuntimeError: a string snapped"
         assert first_difference(recording, repeat(recording, tmp_path / "again")) is None

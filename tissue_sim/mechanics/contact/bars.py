@@ -1,8 +1,9 @@
-"""Contact of rigid bars that tissue carries (closed clips) with instruments and with each other.
+"""Compute contact of the rigid bars that tissue carries (closed clips).
 
-A bar is a row of balls on an axis. Its middle and its axis are weighted sums of the positions of
-the vertices that carry it, so a ball is such a sum too, and the same weights share the ball's force
-among the vertices: force and torque stay balanced. Contact is a linear penalty without friction.
+Bars touch instruments and other bars. A bar is a row of balls on an axis. The vertices that carry
+the bar define its middle and axis, as weighted sums of their positions. A ball's position is
+therefore also a weighted sum. The same weights divide the ball's force among the vertices, so force
+and torque stay balanced. Contact is a linear penalty without friction.
 """
 
 from __future__ import annotations
@@ -18,7 +19,7 @@ from tissue_sim.mechanics.contact.touch import add_vertex_term, along_segment, l
 
 wp.set_module_options({"enable_backward": False})
 
-BALLS = 5  # of a bar: they overlap, so that no edge passes between two of them
+BALLS = 5  # balls of a bar: they overlap, so that no edge passes between two of them
 N_BARS, BAR_VERTICES = 16, 64  # capacities: bars of one environment, vertices of one bar
 BALL_COUNT = wp.constant(BALLS)
 BAR_STIFFNESS = wp.constant(1000.0)  # N/m per ball, assumed: stiffer than the tubes beside it
@@ -30,10 +31,10 @@ class Bar:
     """A rigid bar that tissue carries.
 
     Attributes:
-        vertices: the vertices that carry it.
-        middle: (n,) weights of their positions in the bar's middle; their sum is 1.
-        axis: (n,) weights, 1/m, of their positions in the bar's direction; their sum is 0.
-        in_jaws: whether the jaws of the right instrument hold it, and so do not push it.
+        vertices: The vertices that carry the bar.
+        middle: (n,) weights of the vertices' positions in the bar's middle; their sum is 1.
+        axis: (n,) weights, 1/m, of the vertices' positions in the bar's direction; their sum is 0.
+        in_jaws: Whether the jaws of the right instrument hold the bar; such jaws do not push it.
     """
 
     vertices: Sequence[int]
@@ -55,7 +56,7 @@ def carried(
 
 @wp.func
 def ball_offset(t: TissueArrays, b: int, k: int, j: int):
-    """Return the place of ball j along the bar, from its middle, m."""
+    """Return the place of ball j along the bar, from the bar's middle, m."""
     return t.bar_reach[b] * (2.0 * float(j) / float(BALL_COUNT - 1) - 1.0)
 
 
@@ -80,7 +81,7 @@ def place_bar(t: TissueArrays, b: int, k: int):
 
 @wp.func
 def ball_weight(t: TissueArrays, b: int, k: int, m: int, offset: float):
-    """Return the share of a ball's motion, at this place along bar k, that its vertex m makes."""
+    """Return the share of vertex m in the motion of a ball at this place along bar k."""
     return t.bar_middle[b, k, m] + offset * t.bar_axis[b, k, m] * t.bar_scale[b, k]
 
 
@@ -88,7 +89,8 @@ def ball_weight(t: TissueArrays, b: int, k: int, m: int, offset: float):
 def load_bar(t: TissueArrays, b: int, k: int, offset: float, f: wp.vec3, K: wp.mat33):
     """Add a force at a place along a bar, and its stiffness, to the vertices that carry the bar.
 
-    The pattern has no place for the coupling of all vertices. Each takes the sum of its row.
+    The matrix pattern has no place for the coupling of all vertices. Each vertex gets the sum of
+    its row.
     """
     total = float(0.0)
     for m in range(t.bar_count[b, k]):
@@ -100,10 +102,10 @@ def load_bar(t: TissueArrays, b: int, k: int, offset: float, f: wp.vec3, K: wp.m
 
 @wp.func
 def push_from_tools(t: TissueArrays, s: ToolShapes, b: int, k: int, j: int):
-    """Push a ball out of the instrument that it is deepest in.
+    """Push a ball out of the instrument with the deepest penetration.
 
-    A contact that exists at the start of the step lasts to its end, as on the bed. Jaws that have
-    just closed the clip do not push it.
+    A contact that exists at the start of the step lasts to its end, as on the liver bed. Jaws that
+    have just closed the clip do not push it.
     """
     x = t.ball[b, k, j]
     before = t.ball_before[b, k, j]
@@ -168,7 +170,7 @@ def push_bar(t: TissueArrays, s: ToolShapes, b: int, k: int):
 def react_to_bar(t: TissueArrays, s: ToolShapes, b: int, k: int):
     """Add the reaction of a bar's balls to the shapes that they touch.
 
-    It is the opposite of all that the vertices have received, at the solution of the step.
+    The reaction is opposite to the sum of the forces on the vertices, at the solution of the step.
     """
     for j in range(BALL_COUNT):
         c = t.ball_shape[b, k, j]

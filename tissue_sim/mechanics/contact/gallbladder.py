@@ -1,4 +1,7 @@
-"""Contact of tubes with the gallbladder: each ring of a tube is a ball outside of its skin."""
+"""Compute contact of tubes with the gallbladder.
+
+Each ring of a tube is a ball outside the gallbladder's skin.
+"""
 
 from __future__ import annotations
 
@@ -10,8 +13,8 @@ from tissue_sim.mechanics.contact.touch import add_vertex_term, is_severed, ring
 wp.set_module_options({"enable_backward": False})
 
 RING_STIFFNESS = wp.constant(1000.0)  # N/m per ring, assumed: its corners against a tube, together
-# Tube radii, assumed. A deeper ring is in no contact: its nearest face could be that of the other
-# side, by turns, and it would not come to rest.
+# Tube radii, assumed. A deeper ring has no contact: its nearest face could alternate between both
+# sides, and the ring would not come to rest.
 DEEPEST = wp.constant(0.5)
 
 
@@ -20,10 +23,10 @@ class SkinPoint:
     """The point of the skin that is nearest to a ring's centre.
 
     Attributes:
-        face: its triangle; -1 if none is near.
-        share: weights of the triangle's corners.
-        normal: outward.
-        height: of the centre above it, m; below 0 inside.
+        face: Triangle of the point; -1 if no triangle is near.
+        share: Weights of the triangle's corners.
+        normal: Outward normal of the triangle.
+        height: Height of the centre above the triangle, m; below 0 inside.
     """
 
     face: int
@@ -34,9 +37,9 @@ class SkinPoint:
 
 @wp.func
 def nearest_share(p: wp.vec3, a: wp.vec3, b: wp.vec3, c: wp.vec3):
-    """Return the weights of a triangle's corners at its point nearest to p.
+    """Return the weights of a triangle's corners at the triangle's point nearest to p.
 
-    Ericson, "Real-time collision detection", 2005, section 5.1.5.
+    Source: Ericson, "Real-time collision detection", 2005, section 5.1.5.
     """
     ab, ac, ap = b - a, c - a, p - a
     d1, d2 = wp.dot(ab, ap), wp.dot(ac, ap)
@@ -86,7 +89,7 @@ def above_face(t: TissueArrays, x: wp.array(dtype=wp.vec3), b: int, face: int, p
 
 @wp.func
 def find_near_skin(t: TissueArrays, b: int):
-    """List the triangles of the skin that are near any of the rings that can touch it."""
+    """List the triangles of the skin that are near any ring that can touch the skin."""
     low = wp.vec3(1.0e9)
     high = wp.vec3(-1.0e9)
     for tube in range(t.n_colliding[b]):
@@ -121,7 +124,7 @@ def find_near_skin(t: TissueArrays, b: int):
 
 @wp.func
 def nearest_skin(t: TissueArrays, b: int, p: wp.vec3, reach: float):
-    """Return the point of the listed skin that is nearest to p; none if it is beyond reach."""
+    """Return the point of the listed skin that is nearest to p; none if no point is in reach."""
     best = SkinPoint()
     best.face = -1
     best.height = reach
@@ -141,7 +144,7 @@ def push_out_of_sac(
 ):
     """Push a ring out of the sac; the skin's triangle carries the reaction.
 
-    A contact that exists at the start of the step lasts to its end, as on the bed.
+    A contact that exists at the start of the step lasts to its end, as on the liver bed.
     """
     radius = t.tube_radius[b, tube]
     at = nearest_skin(t, b, centre, 2.0 * radius)
@@ -165,7 +168,7 @@ def push_out_of_sac(
 
 @wp.func
 def is_held(t: TissueArrays, b: int, i: int):
-    """Tell whether the body holds the piece that a vertex belongs to."""
+    """Return whether the body holds the piece that a vertex belongs to."""
     return t.part[b, i] >= 0
 
 
@@ -173,8 +176,8 @@ def is_held(t: TissueArrays, b: int, i: int):
 def push_ring_out_of_sac(t: TissueArrays, b: int, tube: int, r: int):
     """Push a ring, on both sides of a cut, out of the sac.
 
-    A loose piece weighs milligrams: the stiff contact would be all that the solver sees of it, and
-    throw it about.
+    Loose pieces are left out. A loose piece weighs milligrams, so the stiff contact would dominate
+    the solver's equations and move the piece erratically.
     """
     if t.ring_beside_sac[b, tube, r] != 0:
         if is_held(t, b, t.ring[b, tube, r, 0]):

@@ -1,9 +1,9 @@
-"""Contact of tissue with instruments, of tube with tube, and of tissue with the liver bed.
+"""Compute contact of tissue with instruments, of tube with tube, and of tissue with the liver bed.
 
 Instruments are rounded patches (see `ToolShapes`). The normal force is a linear penalty. Friction
-is Coulomb friction with elastic sticking: a touched vertex stores its sticking point on the shape,
-a tangential spring pulls it back, and it slides when the spring force exceeds friction times the
-normal force. A grasp is this same contact on both jaws.
+is Coulomb friction with elastic sticking. A touched vertex stores its sticking point on the shape,
+and a tangential spring pulls the vertex back. The vertex slides when the spring force exceeds
+friction times the normal force. A grasp is this same contact on both jaws.
 """
 
 from __future__ import annotations
@@ -20,13 +20,13 @@ NORMAL_STIFFNESS = wp.constant(1500.0)  # N/m per vertex
 STICK_STIFFNESS = wp.constant(500.0)  # N/m per vertex
 TUBE_STIFFNESS = wp.constant(300.0)  # N/m per vertex, tube against tube
 BED_STIFFNESS = wp.constant(200.0)  # N/m per vertex
-BED_THICKNESS = wp.constant(0.006)  # m; a deeper vertex is beside the liver, not in it
+BED_THICKNESS = wp.constant(0.006)  # m; a deeper vertex is beside the liver, not inside
 REACH = wp.constant(0.006)  # m; the largest distance of a contact from a patch
 
 
 @wp.struct
 class Touch:
-    """Contact of a vertex with a patch: outward normal, depth (m, > 0 inside), remembered side."""
+    """Contact of a vertex with a patch: outward normal, depth (m, > 0 inside), stored side."""
 
     normal: wp.vec3
     depth: float
@@ -35,10 +35,10 @@ class Touch:
 
 @wp.func
 def remembered_side(t: TissueArrays, b: int, i: int, c: int):
-    """Return the known side of finger c on which vertex i lies, 0 if it is not known.
+    """Return the stored side of finger c on which vertex i lies, 0 if no side is stored.
 
-    A vertex between the jaws is so for both fingers (rows 2 and 3 of an instrument's four). A
-    vertex outside one finger need not be outside the other.
+    A vertex between the jaws is between them for both fingers (rows 2 and 3 of an instrument's
+    four). A vertex outside one finger need not be outside the other.
     """
     old = t.contact_shape[b, i]
     side = t.contact_side[b, i]
@@ -70,8 +70,8 @@ def link_origin(T_world_link: wp.mat44):
 def side_before(s: ToolShapes, b: int, c: int, before: wp.vec3, x: wp.vec3, inward: wp.vec3):
     """Return the side of finger c on which a point now at x was at `before`.
 
-    It is the other side if the finger swept over the point, and 0 if not. The finger did not sweep
-    over a point that moved around its rim.
+    If the finger swept over the point, the result is the opposite side, otherwise 0. A point that
+    moved around the finger's rim was not swept over.
     """
     a = s.a[b, c]
     u = s.b[b, c] - a
@@ -96,8 +96,8 @@ def touch(s: ToolShapes, b: int, c: int, x: wp.vec3, before: wp.vec3, remembered
     """Return the contact of point x with patch c.
 
     For a flat patch (a finger) the vertex's side is stored: +1 between the jaws, -1 outside. A
-    vertex that is pressed through a finger's middle plane, or swept over in one step, is therefore
-    pushed back to the side it came from.
+    vertex may be pressed through a finger's middle plane, or a finger may sweep over it in one
+    step. The contact then pushes the vertex back to its stored side.
     """
     r = Touch()
     a = s.a[b, c]
@@ -184,8 +184,8 @@ def add_vertex_term(t: TissueArrays, b: int, i: int, f: wp.vec3, K: wp.mat33):
 def add_bed_contact(t: TissueArrays, b: int, i: int):
     """Add the contact of vertex i with the liver bed's plane.
 
-    A contact that exists at the start of the step lasts to its end, even if the inertia alone would
-    lift the vertex off the bed. Otherwise a resting body would alternate between contact and none.
+    A contact that exists at the start of the step lasts to its end, even if inertia alone would
+    lift the vertex. Otherwise a resting body would alternate between contact and no contact.
     """
     p = t.position[b, i] - t.bed_point[b]
     height = wp.dot(p, t.bed_normal[b])
@@ -201,7 +201,10 @@ def add_bed_contact(t: TissueArrays, b: int, i: int):
 
 @wp.func
 def corner(t: TissueArrays, b: int, tube: int, section: int, k: int):
-    """Return vertex k of a tube's section: 2 r is ring r seen from below, 2 r + 1 from above."""
+    """Return vertex k of a tube's section.
+
+    Section 2 r is the lower side of ring r, section 2 r + 1 is its upper side.
+    """
     r = section / 2
     if section % 2 == 0:
         return t.ring[b, tube, r, k]
@@ -210,7 +213,7 @@ def corner(t: TissueArrays, b: int, tube: int, section: int, k: int):
 
 @wp.func
 def is_severed(t: TissueArrays, b: int, tube: int, r: int):
-    """Tell whether the two sides of a ring share no corner."""
+    """Return whether the two sides of a ring share no corner."""
     shared = int(0)
     for k in range(t.ring.shape[3]):
         if t.ring_above[b, tube, r, k] == t.ring[b, tube, r, k]:
@@ -241,10 +244,10 @@ def put_on_side(t: TissueArrays, b: int, tube: int, section: int, c: int, side: 
 
 @wp.func
 def agree_on_side(t: TissueArrays, b: int, tube: int, c: int):
-    """Put neighbouring rings of a tube that touch finger c on the side where most of them lie.
+    """Put adjacent rings of a tube that touch finger c on the side of most of their corners.
 
     A tube is on one side of a finger. Otherwise, corners that the finger passed in a fast motion
-    would stay on the other side, and the finger would pierce the tube. Each stump is its own tube.
+    would stay on the other side, and the finger would pierce the tube. Each stump counts as a tube.
     """
     first = int(0)
     total = float(0.0)
@@ -265,7 +268,7 @@ def agree_on_side(t: TissueArrays, b: int, tube: int, c: int):
 
 @wp.func
 def agree_on_sides(t: TissueArrays, b: int, tube: int, touched: int):
-    """Agree on the side of every finger whose bit is set in `touched`."""
+    """Make rings agree on the side of every finger whose bit is set in `touched`."""
     for c in range(8):
         if c % 4 >= 2 and (touched >> c) & 1 == 1:
             agree_on_side(t, b, tube, c)
@@ -353,7 +356,7 @@ def along_segment(p: wp.vec3, u: wp.vec3):
 
 @wp.func
 def touched_before(t: TissueArrays, b: int, i: int, tube: int, r: int):
-    """Tell whether vertex i was in the tube's segment r when the step began."""
+    """Return whether vertex i was in the tube's segment r when the step began."""
     c = ring_centre(t.ring_above, t.previous, b, tube, r)
     u = ring_centre(t.ring, t.previous, b, tube, r + 1) - c
     p = t.previous[b, i] - c
@@ -364,7 +367,7 @@ def touched_before(t: TissueArrays, b: int, i: int, tube: int, r: int):
 def push_apart(t: TissueArrays, b: int, i: int, tube: int):
     """Push vertex i of another tube out of a tube's capsules; two rings carry the reaction.
 
-    A contact that exists at the start of the step lasts to its end, as on the bed.
+    A contact that exists at the start of the step lasts to its end, as on the liver bed.
     """
     radius = t.tube_radius[b, tube]
     x = t.position[b, i]
@@ -390,7 +393,7 @@ def push_apart(t: TissueArrays, b: int, i: int, tube: int):
         n = offset / (nearest + 1.0e-9)
         f = n * (TUBE_STIFFNESS * (radius - nearest))
         # The pattern has no place for the coupling [[K, -K], [-K, K]] of the two tubes. Twice its
-        # diagonal exceeds it: each side moves half of the way, and they do not overshoot.
+        # diagonal exceeds this coupling: each side moves half of the way, without overshoot.
         K = wp.outer(n, n) * (2.0 * TUBE_STIFFNESS)
         add_vertex_term(t, b, i, f, K)
         count = t.ring.shape[3]
@@ -433,7 +436,7 @@ def add_tube_contact(t: TissueArrays, b: int):
 
 @wp.func
 def react(t: TissueArrays, s: ToolShapes, b: int, i: int):
-    """Add the reaction of vertex i to the shape it touches.
+    """Add the reaction of vertex i to the touched shape.
 
     The contact force at the end of the step is its linearisation at the solution, so tissue and
     instrument carry exactly opposite forces.

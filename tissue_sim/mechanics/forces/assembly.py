@@ -2,11 +2,12 @@
 
 Most of an element's cost is its stiffness. The stiffness is kept while no vertex has moved far
 since it was computed. The forces always belong to the current positions, so the kept stiffness does
-not change where tissue comes to rest. A change of topology or of an element's bulk modulus also
-leads to a new stiffness.
+not change the tissue's equilibrium. A change of topology or of an element's bulk modulus also
+triggers a new stiffness.
 
-The tissue is a Kelvin-Voigt solid: its stress is that of the energy, plus a viscous time over the
-step's length, times the stiffness, times the strain of the step.
+The tissue is a Kelvin-Voigt solid. Its stress is the stress of the energy plus a viscous stress.
+The viscous stress is a viscous time over the step's length, times the stiffness, times the strain
+of the step.
 """
 
 from __future__ import annotations
@@ -120,7 +121,7 @@ def add_viscous_force(
 
 @wp.func
 def has_moved_far(t: TissueArrays, b: int):
-    """Tell whether a vertex is far from its position when the stiffness was computed."""
+    """Return whether a vertex is far from its position when the stiffness was computed."""
     farthest = float(0.0)
     for i in range(t.n_vertex[b]):
         farthest = wp.max(farthest, wp.length_sq(t.position[b, i] - t.stiffness_at[b, i]))
@@ -163,7 +164,7 @@ def restore_stiffness(t: TissueArrays, viscosity: float):
 
 @wp.func
 def add_viscous_forces(t: TissueArrays, b: int, viscosity: float):
-    """Add the viscous force on every vertex; `step` and `product` are free until the solve."""
+    """Add the viscous force on every vertex; `step` and `product` are free before the solve."""
     n = t.n_vertex[b]
     step = t.step[b]
     product = t.product[b]

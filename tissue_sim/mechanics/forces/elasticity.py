@@ -1,12 +1,12 @@
-"""Fixed-corotated elasticity of one tetrahedron.
+"""Compute the fixed-corotated elasticity of one tetrahedron.
 
     psi(F) = mu |F - R|^2 + lambda / 2 (J - 1)^2,    F = R S,  J = det F
 
 Energy and gradient: Stomakhin et al., "Energetically consistent invertible elasticity", 2012. R and
 the stiffness come from the invariants of F, without a singular value decomposition: Lin et al.,
-"Isotropic ARAP energy using Cauchy-Green invariants", 2022. Bounds on the eigenvalues, which are
-those of Smith et al., "Analytic eigensystems for isotropic distortion energies", 2019, keep the
-stiffness positive semi-definite.
+"Isotropic ARAP energy using Cauchy-Green invariants", 2022. The eigenvalues are those of Smith et
+al., "Analytic eigensystems for isotropic distortion energies", 2019. Bounds on these eigenvalues
+keep the stiffness positive semi-definite.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ from tissue_sim.mechanics.forces.fibres import fibre_energy
 
 wp.set_module_options({"enable_backward": False})
 
-COLLAPSED = wp.constant(0.05)  # share of the invariants' scale: below it R comes from the SVD
+COLLAPSED = wp.constant(0.05)  # of the invariants' scale: below this share R comes from the SVD
 POINT = wp.constant(
     1.0e-12
 )  # |F|^2 below which powers of the invariants leave the range of float32
@@ -99,8 +99,8 @@ def polar(F: wp.mat33, cofactor: wp.mat33, J: float):
 def eigenvalues(V: wp.mat33, mean: float):
     """Return the eigenvalues of a symmetric matrix with that mean eigenvalue, largest first.
 
-    The trigonometric solution of the cubic, on the deviator scaled to unit size: Smith,
-    "Eigenvalues of a symmetric 3 x 3 matrix", 1961.
+    The method is the trigonometric solution of the cubic, on the deviator scaled to unit size:
+    Smith, "Eigenvalues of a symmetric 3 x 3 matrix", 1961.
     """
     A = V - wp.diag(wp.vec3(mean, mean, mean))
     size = wp.sqrt(wp.ddot(A, A) / 6.0)
@@ -112,7 +112,7 @@ def eigenvalues(V: wp.mat33, mean: float):
 
 @wp.func
 def secant(a: float, b: float, least: float):
-    """Return the divided difference of m -> 1 / max(m, least) between a <= b."""
+    """Return the divided difference of m -> 1 / max(m, least) for a <= b."""
     if b <= least or b - a < 1.0e-5:
         return 0.0
     if a >= least:
@@ -122,9 +122,10 @@ def secant(a: float, b: float, least: float):
 
 @wp.func
 def spin_of(V: wp.mat33, s: wp.vec3, least: float):
-    """Return (tr V I - V)^-1 with eigenvalues below `least` raised to it; s: eigenvalues of V.
+    """Return the inverse of tr V I - V, whose eigenvalues are first raised to `least`.
 
-    A function of a matrix, by Newton interpolation at its eigenvalues m in ascending order.
+    The vector s contains the eigenvalues of V. The method is Newton interpolation of a matrix
+    function at its eigenvalues m in ascending order.
     """
     total = s[0] + s[1] + s[2]
     a = total - s[0]
@@ -142,7 +143,7 @@ def spin_of(V: wp.mat33, s: wp.vec3, least: float):
 
 @wp.func
 def first_piola(F: wp.mat33, mu: float, lam: float):
-    """Return the first Piola-Kirchhoff stress P = dpsi/dF, in Pa as mu and lambda are."""
+    """Return the first Piola-Kirchhoff stress P = dpsi/dF in Pa, the unit of mu and lambda."""
     cofactor = cofactor_of(F)
     J = determinant(F, cofactor)
     rotation, _ = polar(F, cofactor, J)
@@ -153,9 +154,10 @@ def first_piola(F: wp.mat33, mu: float, lam: float):
 def element(F: wp.mat33, mu: float, lam: float):
     """Return the stiffness at deformation gradient F; mu, lambda in Pa.
 
-    The spins' stiffness 2 mu - 4 mu / (s_i + s_j) + p s_k becomes negative under compression, so
-    s_i + s_j is raised to where it is not. p is bounded by mu over the largest stretch, which keeps
-    the stiffness of shears and stretches positive.
+    The spins' stiffness 2 mu - 4 mu / (s_i + s_j) + p s_k becomes negative under compression.
+    Therefore s_i + s_j is raised until this stiffness is no longer negative. The pressure p is
+    bounded by mu over the largest stretch, which keeps the stiffness of shears and stretches
+    positive.
     """
     e = Element()
     e.F = F

@@ -1,11 +1,11 @@
-"""Collagen fibres in a wall: they carry nothing until they are stretched, then stiffen.
+"""Compute the collagen fibres in a wall, which carry load only when stretched, and then stiffen.
 
     psi(F) = c / 4 (s - 1)^4  for s > 1, else 0,      s = |F A|
 
-with the fibres' direction A at rest. Fibres that act in tension alone: Holzapfel, Gasser and
-Ogden, "A new constitutive framework for arterial wall mechanics", 2000; here the law is a power
-instead of their exponential, which overflows in a step that overshoots. A crushed lumen, whose
-wall is pressed and bent but not drawn out along the tube, does not stiffen.
+with the fibres' direction A at rest. Fibres that act in tension alone are from Holzapfel, Gasser
+and Ogden, "A new constitutive framework for arterial wall mechanics", 2000. Here the law is a
+power, because their exponential overflows in a step that overshoots. A crushed lumen does not
+stiffen: its wall is pressed and bent but not stretched along the tube.
 """
 
 from __future__ import annotations

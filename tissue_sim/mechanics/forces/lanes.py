@@ -1,8 +1,8 @@
 """Compute forces and stiffness of sixteen elements at a time, one in each lane of a vector.
 
 The formulas and names are those of `elasticity`, `fibres` and `assembly`, which compute one element
-in Warp. This is C++ because Warp has no vectors of lanes. A collapsed element, whose rotation needs
-the singular value decomposition, is left to them.
+in Warp. This code is C++ because Warp has no vectors of lanes. The rotation of a collapsed element
+needs the singular value decomposition, so the Warp functions compute such elements.
 """
 
 from __future__ import annotations
@@ -224,6 +224,6 @@ def add_lanes(
     """Add force and stiffness of the living elements from `first` on, for corners at positions x.
 
     Returns:
-        a bit for each living element that is collapsed; nothing was added for it.
+        A bit for each living element that is collapsed; nothing was added for such an element.
     """
     ...

@@ -1,4 +1,4 @@
-"""Springs in the tissue: ties, links and anchors; each breaks above its strength.
+"""Compute the springs in the tissue: ties, links and anchors; each breaks above its strength.
 
 Spring energies are E = k/2 |r|^2 with r the weighted offset (ties, anchors) or E = k/2 (l - L)^2
 with l the distance (links). A broken spring has stiffness zero.

@@ -1,11 +1,11 @@
 """Untangle crushed tissue: around an inverted element, remove the bulk modulus.
 
-A violent squeeze can fold a tube's wall over. Such a fold is a stable equilibrium only because the
-nearly incompressible elements around it would have to change volume to unfold; without their bulk
-modulus it unfolds. So elements that share a vertex with a folded one lose their bulk modulus. An
-element is folded from its inversion until it has regained most of its volume: if the bulk modulus
-came back as soon as the element turns, it would fold again, and so on for ever. Nothing is
-untangled under a clip.
+A violent squeeze can fold a tube's wall over. Such a fold is a stable equilibrium, because the
+nearly incompressible elements around it would have to change volume to unfold. Without their bulk
+modulus, the fold opens. So elements that share a vertex with a folded element lose their bulk
+modulus. An element counts as folded from its inversion until it has regained most of its volume. If
+the bulk modulus returned as soon as the element turns, the element would fold again and again.
+Nothing is untangled under a clip.
 """
 
 from __future__ import annotations
@@ -32,9 +32,9 @@ def volume_share(t: TissueArrays, b: int, e: int):
 
 @wp.func
 def mark_tangled(t: TissueArrays, b: int, e: int):
-    """Mark the corners of a folded element, unless a clip holds one of them.
+    """Mark the corners of a folded element, unless a clip holds one of the corners.
 
-    Return whether it is folded or was so.
+    Return whether the element is folded or was folded before.
     """
     was_folded = t.folded[b, e] != 0
     t.folded[b, e] = 0
@@ -50,7 +50,7 @@ def mark_tangled(t: TissueArrays, b: int, e: int):
 
 @wp.func
 def ease(t: TissueArrays, b: int, e: int):
-    """Set an element's current lambda: the material's, or zero at a marked vertex."""
+    """Set an element's current lambda: the material's value, or zero at a marked vertex."""
     c = t.tet[b, e]
     tangled = t.tangled[b, c[0]] + t.tangled[b, c[1]] + t.tangled[b, c[2]] + t.tangled[b, c[3]]
     lam = wp.where(tangled == 0, t.bulk[b, e], 0.0)

@@ -1,1 +1,1 @@
-"""What of the field is drawn? One kind of thing a file."""
+"""Which parts of the field are drawn? Each file draws one kind of object."""

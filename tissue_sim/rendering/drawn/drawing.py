@@ -1,4 +1,4 @@
-"""A triangle surface in a SAPIEN scene, which may move or change."""
+"""Draw a triangle surface in a SAPIEN scene; the surface may move or change."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ class Surface:
 
 
 class Drawn:
-    """One named entity in the scene, for cameras only: it takes no part in the physics."""
+    """One named entity in the scene, for cameras only, without part in the physics."""
 
     def __init__(self, scene: sapien.Scene, name: str, look: Look) -> None:
         self._scene, self._material = scene, material(look)
@@ -40,7 +40,7 @@ class Drawn:
         scene.add_entity(self.entity)
 
     def show(self, surface: Surface) -> None:
-        """Draw this surface from now on. A new mesh replaces the old: meshes cannot change."""
+        """Draw this surface from now on. A new mesh replaces the old one: meshes cannot change."""
         component = sapien.render.RenderBodyComponent()
         component.attach(
             sapien.render.RenderShapeTriangleMesh(
@@ -56,12 +56,12 @@ class Drawn:
         self._component = component
 
     def keep(self, surface: Surface) -> None:
-        """Draw this surface unless one is drawn already: for shapes that only move."""
+        """Draw this surface if none is drawn yet; use this for shapes that only move."""
         if self._component is None:
             self.show(surface)
 
     def hide(self) -> None:
-        """Draw nothing until shown again."""
+        """Draw nothing until the next `show`."""
         if self._component is not None:
             self.entity.remove_component(self._component)
             self._component = None

@@ -1,4 +1,4 @@
-"""The clips in the field, and the one between the applier's jaws."""
+"""Draw the clips in the field, and the clip between the applier's jaws."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from tissue_sim.tools.instruments import PATCH_LINKS
 
 
 class DrawnClips:
-    """Two legs for each clip, whether it holds tissue or lies in the field."""
+    """Two legs for each clip, both on tissue and loose in the field."""
 
     def __init__(self, scene: sapien.Scene) -> None:
         self._legs = [
@@ -24,7 +24,7 @@ class DrawnClips:
         ]
 
     def update(self, field: Field) -> None:
-        """Draw every clip where it is now."""
+        """Draw every clip at its current place."""
         places = T_world_legs(field)
         for k, legs in enumerate(self._legs):
             for side, drawn in enumerate(legs):

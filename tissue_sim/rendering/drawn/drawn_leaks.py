@@ -1,7 +1,8 @@
-"""Leaking bile and blood: a spot on the opening, drops that fall from it, and a pool that grows.
+"""Draw leaking bile and blood: a spot on the opening, falling drops, and a growing pool.
 
-A drop holds what leaks until the next one falls, so its size shows the rate. From an artery's open
-root the drops spurt with the pulse. What has leaked from a structure lies in a pool below it.
+A drop contains the volume that leaks until the next drop falls, so its size shows the rate. From an
+artery's open root the drops spurt with the pulse. The leaked volume of a structure lies in a pool
+below it.
 """
 
 from __future__ import annotations
@@ -25,8 +26,8 @@ PERIOD_S = 0.8
 MAX_RADIUS_M = 0.003  # larger drops break up
 PULSE_S = 0.8  # 75 beats a minute
 SPURT_M = 0.016  # assumed: reach of a spurt at the height of the pulse
-POOL_DEPTH_M = 0.0015  # assumed: how thick liquid lies on peritoneum
-POOL_BELOW_M = 0.016  # of the opening, in the endoscope's picture
+POOL_DEPTH_M = 0.0015  # assumed: thickness of liquid on peritoneum
+POOL_BELOW_M = 0.016  # below the opening, in the endoscope's picture
 _POOL_RINGS, _POOL_SECTORS = 12, 36
 _BILE = Look(colour=(0.22, 0.22, 0.02), roughness=0.2, specular=0.8, film=1.0)
 _BLOOD = Look(colour=(0.36, 0.005, 0.005), roughness=0.2, specular=0.8, film=1.0)
@@ -49,7 +50,7 @@ class DrawnLeaks:
         }
 
     def update(self, field: Field) -> None:
-        """Draw what leaks now."""
+        """Draw the current leaks."""
         surfaces = leak_surfaces(field)
         for name, drawn in self._drawn.items():
             if name in surfaces:
@@ -59,7 +60,7 @@ class DrawnLeaks:
 
 
 def leak_surfaces(field: Field) -> dict[str, Surface]:
-    """Build the liquid at each structure that leaks."""
+    """Build the liquid at each leaking structure."""
     leaks = field.record.leaks
     rate_m3_s = sum(leak.rate_m3_s for leak in leaks)
     wet: dict[str, list[Surface]] = {}
@@ -86,7 +87,7 @@ def _wet(field: Field, leak: Leak, pooled_m3: float) -> Surface:
 
 
 def _spurt_m(field: Field, leak: Leak) -> Array:
-    """Return how far (3,) an artery's open root spurts now; zero for what only drips."""
+    """Return the reach (3,) of an artery's open root's current spurt; zero for other leaks."""
     if LEAK_LOOKS[leak.structure] is not _BLOOD or leak.side != "body":
         return np.zeros(3)
     pulse = 0.5 - 0.5 * np.cos(2.0 * np.pi * field.record.time_s / PULSE_S)
@@ -96,7 +97,7 @@ def _spurt_m(field: Field, leak: Leak) -> Array:
 
 
 def _pool(field: Field, mouth: Array, volume_m3: float) -> list[Surface]:
-    """Build a pool of this volume below an opening, on what lies behind it; none of nothing."""
+    """Build a pool of this volume below an opening, on the surface behind; none for no volume."""
     if volume_m3 <= 0.0:
         return []
     share, turn = np.meshgrid(
@@ -117,7 +118,7 @@ def pool_radius_m(volume_m3: float) -> float:
 
 
 def drop_radius_m(rate_m3_s: float) -> float:
-    """Return the radius of a ball that holds what leaks between two drops."""
+    """Return the radius of a ball with the volume that leaks between two drops."""
     volume = rate_m3_s * PERIOD_S / DROPS
     return min((3.0 * volume / (4.0 * np.pi)) ** (1.0 / 3.0), MAX_RADIUS_M)
 

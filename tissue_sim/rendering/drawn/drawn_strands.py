@@ -1,4 +1,4 @@
-"""The rest of the connective tissue: bundles of wavy fibres with some fat, until they break."""
+"""Draw the remaining connective tissue: bundles of wavy fibres with some fat, until they break."""
 
 from __future__ import annotations
 
@@ -12,11 +12,11 @@ from tissue_sim.rendering.drawn.drawing import Drawn, Surface
 from tissue_sim.rendering.shapes import threads
 from tissue_sim.rendering.textures import TILE_M, Look
 
-STRAND_RADIUS_M = 0.00028  # of a fibre in its middle third; it spreads out where it is attached
-FIBRES = 3  # in a strand
-SPREAD_M = 0.0006  # how far from the strand's line a fibre is attached
+STRAND_RADIUS_M = 0.00028  # of a fibre's middle third; a fibre spreads out where it is attached
+FIBRES = 3  # fibres in a strand
+SPREAD_M = 0.0006  # distance of a fibre's attachment from the strand's line
 SAG = 0.06  # of a strand's length
-WAVE = 0.09  # of a strand's length: a fibre is wavy until it is taut
+WAVE = 0.09  # of a strand's length: a slack fibre is wavy
 FAT = 3.0  # swelling of every strand's second fibre by the lumpy fat on it, in fibre radii
 LOOK = Look(colour=(0.80, 0.54, 0.24), mottle=0.15, relief=0.05, film=0.9)
 _ALONG, _AROUND = 11, 6
@@ -29,7 +29,7 @@ class DrawnStrands:
         self._drawn = Drawn(scene, "fat", LOOK)
 
     def update(self, field: Field) -> None:
-        """Draw the strands where they are now."""
+        """Draw the strands at their current places."""
         held = holding(field)
         if len(held):
             self._drawn.show(bundles(held, field.tissue.positions()[held].astype(float)))
@@ -38,7 +38,10 @@ class DrawnStrands:
 
 
 def holding(field: Field) -> NDArray[np.int32]:
-    """Return the ends (n, 2) of unbroken strands. A clip's spring may reuse a broken one's row."""
+    """Return the ends (n, 2) of unbroken strands.
+
+    A clip's spring may reuse the row of a broken strand.
+    """
     strands = field.organ.remnants
     rows = slice(len(strands))
     link, stiffness = (field.tissue.host(name)[0, rows] for name in ("link", "link_stiffness"))
@@ -46,7 +49,7 @@ def holding(field: Field) -> NDArray[np.int32]:
 
 
 def bundles(numbers: NDArray[np.int32], ends: Array) -> Surface:
-    """Build strands' fibres between ends (n, 2, 3), m; the vertex numbers (n, 2) vary them."""
+    """Build strands' fibres between ends (n, 2, 3), m, varied by the vertex numbers (n, 2)."""
     strand, fibre = np.divmod(np.arange(FIBRES * len(ends)), FIBRES)
     chance = np.sin(numbers[strand] @ [12.9898, 78.233] + 37.719 * fibre) * 43758.5453 % 1.0
     start, end = ends[strand, 0], ends[strand, 1]

@@ -1,4 +1,4 @@
-"""The surroundings, which do not deform: liver, peritoneum, duodenum, cavity."""
+"""Draw the surroundings, which do not deform: liver, peritoneum, duodenum, cavity."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ class DrawnSurroundings:
         self._drawn: list[Drawn] = []
 
     def update(self, field: Field) -> None:
-        """Draw the surroundings where the body is now; rebuild them for a new patient."""
+        """Draw the surroundings at the body's current place; rebuild them for a new patient."""
         if field.organ is not self._organ:
             self._renew(field)
         for drawn in self._drawn:
@@ -66,7 +66,7 @@ def surroundings(organ: Organ, anatomy: Anatomy) -> dict[str, tuple[Surface, Loo
 
 
 def depth_behind_m(anatomy: Anatomy, u: Array, v: Array) -> Array:
-    """Return how deep in the field what lies behind the tubes is, at places right and up, m."""
+    """Return the depth of the surface behind the tubes, at places right and up in the field, m."""
     depths = []
     for places, depth in _behind(anatomy):
         away, which = places.query(np.stack([u, v], axis=-1), k=4)

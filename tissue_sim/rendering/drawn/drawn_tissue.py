@@ -1,4 +1,4 @@
-"""Gallbladder, cystic tubes and structures at risk as they deform, and their cut faces."""
+"""Draw gallbladder, cystic tubes and structures at risk in their deformed state, with cut faces."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from tissue_sim.rendering.skin import CUT_LUMEN, CUT_WALL, Floats, Skin, build_s
 from tissue_sim.rendering.textures import TILE_M, Colour, Look
 
 FLARE = 0.8  # assumed: of a tube's radius, by which it widens at its root
-FLARE_M = 0.0012  # distance from the root over which this fades
+FLARE_M = 0.0012  # distance from the root over which the flare fades
 SEROSA = (0.24, 0.27, 0.20)  # linear RGB, assumed: the greyish coat over the bile's green
 
 
@@ -62,7 +62,7 @@ def _mixed(first: Colour, second: Colour, share: float) -> Colour:
 
 
 class DrawnTissue:
-    """The tissue's skin: rebuilt when the topology changes, otherwise only moved."""
+    """The tissue's skin, which is rebuilt when the topology changes, and otherwise only moved."""
 
     def __init__(self, scene: sapien.Scene) -> None:
         self._scene = scene
@@ -72,7 +72,7 @@ class DrawnTissue:
         self._dyed = 0.0
 
     def update(self, field: Field) -> None:
-        """Draw the tissue where it is now."""
+        """Draw the tissue at its current place."""
         if field.organ is not self._organ or field.conditions.dyed != self._dyed:
             self._renew(field)
         tets = field.tissue.tets()[alive_tets(field)]
@@ -95,7 +95,7 @@ class DrawnTissue:
             )
 
     def _renew(self, field: Field) -> None:
-        """Start again for another patient, or for another amount of dye."""
+        """Reset the drawing for another patient, or for another amount of dye."""
         for drawn in self._parts.values():
             drawn.remove()
         self._organ, self._dyed = field.organ, field.conditions.dyed
@@ -116,7 +116,7 @@ class DrawnTissue:
         )
 
     def _unwrapped(self, field: Field) -> dict[str, Floats]:
-        """Return texture coordinates: places in the resting view, so that there is no seam."""
+        """Return texture coordinates: places in the view at rest, so that there is no seam."""
         rest = np.zeros((field.tissue.n_vertex(), 3))
         rest[self._tets] = field.organ.vertices[field.organ.tets[alive_tets(field)]]
         flat = (rest @ np.stack([RIGHT, UP], axis=1) / TILE_M).astype(np.float32)
@@ -124,7 +124,7 @@ class DrawnTissue:
         return {name: fine[patch.rows] for name, patch in self._skin.patches.items()}
 
     def _flares(self, field: Field) -> dict[str, Floats]:
-        """Return how far (n_fine, 1) a cystic tube's wall widens into what it branches off, m."""
+        """Return how far (n_fine, 1) a cystic tube's wall widens at its root, m."""
         flares = {}
         for tube in field.organ.tubes:
             rings = field.organ.rings[tube]
@@ -138,5 +138,5 @@ class DrawnTissue:
 
 
 def alive_tets(field: Field) -> NDArray[np.bool_]:
-    """Return which of the organ's elements are left (n_tet,)."""
+    """Return which of the organ's elements remain (n_tet,)."""
     return field.tissue.host("tet_alive")[0, : len(field.organ.tets)] != 0

@@ -1,7 +1,7 @@
-"""The cameras: a stereo endoscope, and one on each instrument's wrist.
+"""Define the cameras: a stereo endoscope, and one camera on each instrument's wrist.
 
-A camera can also be read out as a narrow crop, turned to a place: the wrists' to the right
-instrument's tip, the endoscope's to the tubes.
+The system can also read a camera out as a narrow crop, turned to a place. The wrists' crops turn to
+the right instrument's tip, the endoscope's crop to the tubes.
 """
 
 from __future__ import annotations
@@ -17,9 +17,9 @@ from tissue_sim.tools.arms import LEFT_ARM, RIGHT_ARM
 from tissue_sim.tools.instruments import PATCH_LINKS
 
 BASELINE_M = 0.0045  # between the endoscope's eyes
-NEAR_PLANE_M, FAR_PLANE_M = 0.003, 0.6  # what is nearer or farther is not drawn
+NEAR_PLANE_M, FAR_PLANE_M = 0.003, 0.6  # objects nearer or farther are not drawn
 WRIST_BACK_M = 0.035  # behind the wrist's pitch axis, clear of the shaft
-WRIST_ASIDE_M = 0.016  # along that axis
+WRIST_ASIDE_M = 0.016  # along the wrist's pitch axis
 
 _OPTICAL = np.array([[0, 1, 0], [0, 0, 1], [1, 0, 0]], float)  # left, up, away of x, y, z ahead
 
@@ -55,9 +55,9 @@ CAMERAS = tuple(CameraSpec(name=name) for name in CAMERA_NAMES)
 
 
 def T_world_camera(field: Field, name: str, aim_m: Array | None = None) -> Array:
-    """Return a camera's pose now (4, 4): x ahead, y left, z up.
+    """Return a camera's current pose (4, 4): x ahead, y left, z up.
 
-    A crop looks at the right tip, or at a point `aim_m` (3,) of the world.
+    A crop is turned to the right tip, or to a point `aim_m` (3,) of the world.
     """
     if name in CROPS:
         tip = field.arms.T_world_tool()[RIGHT_ARM, :3, 3]
@@ -77,7 +77,7 @@ def looking(T_world_eye: Array) -> Array:
 
 
 def _turned(T_world_eye: Array, target: Array) -> Array:
-    """Return the pose of the same eye, turned to look at a point (3,)."""
+    """Return the pose of the same eye, turned to face a point (3,)."""
     ahead = unit(target - T_world_eye[:3, 3])
     left = unit(np.cross(T_world_eye[:3, 2], ahead))
     axes = np.stack([ahead, left, np.cross(ahead, left)], axis=1)

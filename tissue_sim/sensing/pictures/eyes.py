@@ -1,8 +1,8 @@
-"""Pictures, encoders and motor currents of a field, with assumed errors.
+"""Take pictures and read encoders and motor currents of a field, with assumed errors.
 
-The views are the left eye of the endoscope, whole and as a narrow crop at the tubes by turns, and a
-narrow crop of each wrist's camera: the right eye adds nothing, and the wrists' wide pictures added
-less than they cost.
+The views are the endoscope's left eye and a narrow crop of each wrist's camera. The left eye
+alternates between its whole picture and a narrow crop at the tubes. The right eye adds nothing, and
+the wrists' wide pictures added less than they cost.
 """
 
 from __future__ import annotations
@@ -30,12 +30,12 @@ VIEWS = (
     CameraSpec(name="wrist_right_tip", width=128, height=128, fov_rad=float(np.deg2rad(29.0))),
 )
 ENDOSCOPE_VIEWS = tuple(spec for spec in VIEWS if CROPS.get(spec.name, spec.name) == WHOLE)
-LOOK_STEPS = 6  # control steps from one look to the next: ten looks a second err as much as five
+LOOK_STEPS = 6  # control steps between two looks: ten looks per second have the same errors as five
 JAW_PLAY_RAD = 0.004  # assumed: backlash between a jaw and its encoder
 WHITE = 0.1  # assumed: share of a force's error that is new in each step; the rest is constant
 USUAL = SensorModel()
 Rgb = NDArray[np.uint8]
-Spoil = Callable[[str, Rgb], Rgb]  # from a camera's name and picture to what it delivers
+Spoil = Callable[[str, Rgb], Rgb]  # from a camera's name and picture to the spoiled picture
 
 
 def as_it_is(camera: str, rgb: Rgb) -> Rgb:
@@ -45,10 +45,10 @@ def as_it_is(camera: str, rgb: Rgb) -> Rgb:
 
 
 class Eyes:
-    """Looks at one patient: call `glance` once in each control step.
+    """Observes one patient: call `glance` once in each control step.
 
-    Sizes of the errors of hand-eye registration, encoders and motor currents are those of the
-    sensor model, assumed there.
+    The errors of hand-eye registration, encoders and motor currents have the sizes of the sensor
+    model, which are assumed.
     """
 
     def __init__(
@@ -59,7 +59,7 @@ class Eyes:
         spoil: Spoil = as_it_is,
         views: Sequence[CameraSpec] = VIEWS,
     ) -> None:
-        """Look with `views` each `every` control steps; each picture passes through `spoil`."""
+        """Take `views` each `every` control steps; each picture passes through `spoil`."""
         self._model, self._rng, self._every, self._spoil = model, rng, every, spoil
         self._views = views
         self._force_n = model.force_n * rng.standard_normal(7)
@@ -72,11 +72,11 @@ class Eyes:
     def glance(
         self, field: Field, view: FieldCameras, told: Observation, aim_m: Array | None = None
     ) -> Glance:
-        """Return what is sensed now, with pictures in each `every`-th call.
+        """Return the current sensor values, with pictures in each `every`-th call.
 
-        Every other look has the endoscope's crop instead of its whole picture, if there is a point
-        to look at, `aim_m` (3,) in the endoscope's frame. Of the exact state, `told`, only what
-        encoders and motor currents tell counts.
+        If there is a point of interest `aim_m` (3,), every other look replaces the endoscope's
+        whole picture by its crop. The point is in the endoscope's frame. Of the exact state `told`,
+        only the values from encoders and motor currents are used.
         """
         looks, self._n = self._n % self._every == 0, self._n + 1
         errors_n = self._force_n + WHITE * self._model.force_n * self._rng.standard_normal(7)
@@ -117,7 +117,7 @@ class Eyes:
         return made
 
     def _believed(self, tips: Array, arm: int, T: Array) -> Array:
-        """Return where a pose (4, 4) on an arm is believed: turned about its tip, and shifted."""
+        """Return the pose (4, 4) on an arm by its encoders: turned about the tip, and shifted."""
         tip, turn = tips[arm, :3, 3], self._turn[arm]
         return pose(turn @ T[:3, :3], tip + turn @ (T[:3, 3] - tip) + self._offset_m[arm])
 

@@ -1,7 +1,7 @@
-"""What a robot with cameras has in one control step: pictures, encoders, motor currents.
+"""Define the input of a robot with cameras in one control step: pictures, encoders, currents.
 
-It holds nothing of the tissue but what the pictures show. `eyes.py` takes it from the world;
-perception makes an `Observation` of it.
+The input contains nothing of the tissue except the pictures. `eyes.py` reads it from the world;
+perception converts it to an `Observation`.
 """
 
 from __future__ import annotations
@@ -16,12 +16,13 @@ from tissue_sim.frames import Array
 
 @dataclass(frozen=True, kw_only=True)
 class Picture:
-    """What one camera shows.
+    """The picture of one camera.
 
     Attributes:
         rgb: (height, width, 3) uint8.
-        T_endoscope_camera: (4, 4) where the encoders believe the camera is: x ahead, y left, z up.
-        focal_px: focal length; the optical axis passes through the middle of the picture.
+        T_endoscope_camera: (4, 4) pose of the camera according to the encoders. Axes are x ahead, y
+            left, z up.
+        focal_px: Focal length; the optical axis passes through the middle of the picture.
     """
 
     rgb: NDArray[np.uint8]
@@ -31,7 +32,7 @@ class Picture:
     def project(self, points: Array) -> tuple[Array, Array]:
         """Return pixels (n, 2), column and row, and distances ahead (n,) of points (n, 3).
 
-        Points are in the endoscope's frame. Those beside or behind the camera, with a distance
+        Points are in the endoscope's frame. Points beside or behind the camera, with a distance
         ahead below a millimetre, have no meaningful pixel.
         """
         R, t = self.T_endoscope_camera[:3, :3], self.T_endoscope_camera[:3, 3]
@@ -44,8 +45,8 @@ def pixels_of(
 ) -> tuple[Array, Array]:
     """Return pixels (n, 2), column and row, and distances ahead (n,) of points (n, 3).
 
-    The points are in the camera's frame: x ahead, y left, z up. One less than a millimetre ahead
-    has no meaningful pixel.
+    The points are in the camera's frame: x ahead, y left, z up. A point less than a millimetre
+    ahead has no meaningful pixel.
     """
     ahead, left, up = points_camera.T
     scale = focal_px / np.maximum(ahead, 1e-3)
@@ -58,8 +59,8 @@ class Glance:
 
     Attributes:
         time_s, joints, tips_endoscope, forces_n, pinch_n, tools, clip_loaded, T_world_endoscope,
-            shaft_offset_m: as in `Observation`, from encoders and motor currents.
-        pictures: by view; none in most steps.
+            shaft_offset_m: As in `Observation`, from encoders and motor currents.
+        pictures: Pictures by view; empty in most steps.
     """
 
     time_s: float

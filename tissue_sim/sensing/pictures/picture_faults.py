@@ -1,7 +1,7 @@
-"""What spoils a camera's picture: smoke, blood on the lens, a weak lamp, a dead camera.
+"""Spoil a camera's picture with smoke, blood on the lens, a weak lamp, or a dead camera.
 
-Batches of pictures (n, 3, height, width), 0 to 1. For the training of perception and for scenarios;
-the looks of smoke and blood are assumed.
+Pictures are batches (n, 3, height, width), 0 to 1. They are for the training of perception and for
+scenarios. The looks of smoke and blood are assumed.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ SOFT = 0.05  # of a patch's edge
 
 
 def smoked(pictures: Tensor, density: Tensor, chance: torch.Generator) -> Tensor:
-    """Return pictures behind smoke, which is thicker here and there.
+    """Return pictures behind smoke, whose density varies over the picture.
 
     Args:
         pictures: (n, 3, height, width).
@@ -30,11 +30,11 @@ def smoked(pictures: Tensor, density: Tensor, chance: torch.Generator) -> Tensor
 
 
 def splashed(pictures: Tensor, share: Tensor, chance: torch.Generator) -> tuple[Tensor, Tensor]:
-    """Return pictures through a lens with patches of blood, and where they cover it.
+    """Return pictures through a lens with patches of blood, and the places of the patches.
 
     Args:
         pictures: (n, 3, height, width).
-        share: (n,) of the picture that is covered.
+        share: (n,) covered share of the picture.
         chance: random numbers.
 
     Returns:

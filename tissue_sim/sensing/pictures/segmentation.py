@@ -1,4 +1,4 @@
-"""Classes for segmentation pictures, by the names of the drawn entities."""
+"""Define classes for segmentation pictures, by the names of the drawn entities."""
 
 from __future__ import annotations
 

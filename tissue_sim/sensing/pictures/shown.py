@@ -1,4 +1,4 @@
-"""Where pictures show the observed points: the labels from which perception is learned."""
+"""Where do pictures show the observed points? The answers are the labels for perception."""
 
 from __future__ import annotations
 
@@ -13,15 +13,15 @@ from tissue_sim.sensing.occlusion import DEPTH_M, depths_m
 from tissue_sim.sensing.pictures.cameras import CameraSpec
 from tissue_sim.sensing.pictures.glance import pixels_of
 
-N_ENDS = 4  # of the cut of the left and of the right tube, each below and above it
+N_ENDS = 4  # ends of the left and the right tube's cut, each below and above the cut
 N_SHOWN = N_POINTS + N_ENDS
 
 
 def shown_points(field: Field, seen: Observation) -> tuple[Array, NDArray[np.bool_], Array]:
-    """Return points (`N_SHOWN`, 3) of the world, whether each is there, and their depths, m.
+    """Return points (`N_SHOWN`, 3) of the world, whether each exists, and their depths, m.
 
-    They are the points of the exact observation, then the ends of a cut. A depth is how far below
-    the wall of what it belongs to a point lies at most.
+    The points are those of the exact observation, then the ends of a cut. The depth of a point is
+    its largest depth below the wall of its structure.
     """
     points, there = np.zeros((N_SHOWN, 3)), np.ones(N_SHOWN, bool)
     points[:N_POINTS] = transform(field.T_world_endoscope, seen.points_m())
@@ -48,9 +48,10 @@ def project(spec: CameraSpec, T_world_eye: Array, points: Array) -> tuple[Array,
 def visible(
     pixels: Array, ahead: Array, depths: Array, positions: NDArray[np.int32]
 ) -> NDArray[np.bool_]:
-    """Return which points (n,) a picture shows: the surface there is the wall before the point.
+    """Return which points (n,) a picture shows.
 
-    `positions` is the camera's `POSITION_PICTURE` (height, width, 4).
+    A point is shown if the surface at its pixel is the wall before it. `positions` is the camera's
+    `POSITION_PICTURE` (height, width, 4).
     """
     height, width = positions.shape[:2]
     column, row = np.floor(pixels).astype(int).T

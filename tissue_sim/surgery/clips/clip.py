@@ -1,4 +1,4 @@
-"""Ligation clips: they latch around the tissue between the jaws, squeeze it, and hold or detach."""
+"""Model ligation clips, which latch around the tissue between the jaws, squeeze, hold or detach."""
 
 from __future__ import annotations
 
@@ -24,19 +24,20 @@ class Clip:
     """One clip in the field.
 
     Attributes:
-        number: the order of closing or dropping, from 1.
-        crossings: its current or last place on each tube it caught; empty if it caught nothing.
-        complete: for each crossing, whether the tube's whole width lies between the legs.
-        on_sac: whether it caught part of the gallbladder too.
-        rings: for each crossing, the tube's rings under the legs.
-        links: rows of its squeezing springs.
-        vertices: the vertices it holds.
+        number: Order of closing or dropping, from 1.
+        crossings: Current or last place of the clip on each caught tube; empty if it caught none.
+        complete: For each crossing, whether the tube's whole width lies between the legs.
+        on_sac: Whether the clip also caught part of the gallbladder.
+        rings: For each crossing, the tube's rings under the legs.
+        links: Rows of the clip's squeezing springs.
+        vertices: The vertices that the clip holds.
         places_m: (n, 3) place of each of `vertices` in the clip's own frame.
-        lost: whether it holds nothing: it detached, closed on nothing or was dropped.
-        slid_m: distance that it has been pulled along its tube.
-        fall_m_s: its fall speed; None while it is held or lies still.
-        T_world_clip: (4, 4) the pose at which it closed; once it is lost, its current pose.
-        in_jaws: whether the jaws that closed or dropped it still touch it; they do not push it.
+        lost: Whether the clip holds nothing: it detached, closed on nothing or was dropped.
+        slid_m: Distance by which the clip has been pulled along its tube.
+        fall_m_s: Fall speed of the clip; None while it is held or lies still.
+        T_world_clip: (4, 4) pose at which the clip closed; for a lost clip, its current pose.
+        in_jaws: Whether the jaws that closed or dropped the clip still touch it; such jaws do not
+            push it.
     """
 
     number: int
@@ -56,21 +57,24 @@ class Clip:
 
     @property
     def dropped(self) -> bool:
-        """Tell whether it was never on a tube: it closed on nothing, or fell from the applier."""
+        """Return whether the clip was never on a tube.
+
+        Such a clip closed on nothing, or fell from the applier.
+        """
         return self.lost and not self.crossings
 
     @property
     def detached(self) -> bool:
-        """Tell whether it was on a tube and no longer is."""
+        """Return whether the clip was on a tube and no longer is."""
         return self.lost and bool(self.crossings)
 
     def on(self, tube: str) -> Crossing | None:
-        """Return its crossing with a tube, or None."""
+        """Return the clip's crossing with a tube, or None."""
         return next((c for c in self.crossings if c.tube == tube), None)
 
 
 def latch(tubes: Tubes, T_world_tool: Array, *, number: int, time_s: float) -> Clip:
-    """Close a clip at the applier's jaws; its legs cover the tissue that they hold."""
+    """Close a clip at the applier's jaws; its legs cover the tissue between them."""
     on_sac = tubes.sac_between(T_world_tool, CLIP_LENGTH_M, CLIP_WIDTH_M)
     found = [tubes.crossing(tube, T_world_tool, CLIP_LENGTH_M) for tube in tubes.organ.hollow]
     crossings = tuple(c for c in found if c is not None)
@@ -109,7 +113,7 @@ def dropped_clip(T_world_clip: Array, *, number: int, time_s: float) -> Clip:
 
 
 def T_world_clip(tubes: Tubes, clip: Clip) -> Array:
-    """Return the (4, 4) pose of a clip now: it moves rigidly with the tissue it holds."""
+    """Return the current (4, 4) pose of a clip, which moves rigidly with its tissue."""
     if not clip.vertices:
         return clip.T_world_clip
     held = tubes.tissue.positions(tubes.b)[list(clip.vertices)].astype(float)
@@ -131,7 +135,7 @@ def detach(tubes: Tubes, clip: Clip) -> Clip:
 
 
 def closure(tubes: Tubes, clip: Clip, tube: str) -> float:
-    """Return the lumen's area under the clip over its area at rest; 1 if it is not on the tube."""
+    """Return the lumen's area under the clip over its area at rest; 1 for a clip elsewhere."""
     crossing = clip.on(tube)
     if clip.lost or crossing is None:
         return 1.0
@@ -156,13 +160,15 @@ def grip_n(tubes: Tubes, clip: Clip) -> float:
 def holding_forces_n(tubes: Tubes, clip: Clip, grip: float) -> tuple[float, float]:
     """Return the largest pulls that a clip holds along its tube and across it, N.
 
-    Along, both legs rub: 2 mu N s cos(tilt), with grip N and seat s. The pull-off force grows with
-    the clip's seated area (Schenk et al., "Pull-off characteristics of double-shanked compared to
-    single-shanked ligation clips", 2016), and ribs resist the part of the pull normal to the legs.
-    Across, the lock holds, unless the clip tips over the edge of its seat: the pull acts at the
-    clip's middle, (1 - s) w / 2 from the middle of the seat, and the seat's load N s can move by s
-    w / 2 to balance it. A clip that does not enclose its whole tube slips off sideways: it holds
-    nothing.
+    Along the tube, both legs rub: the force is 2 mu N s cos(tilt), with grip N and seat s. The
+    pull-off force grows with the clip's seated area (Schenk et al., "Pull-off characteristics of
+    double-shanked compared to single-shanked ligation clips", 2016). Ribs resist the part of the
+    pull normal to the legs.
+
+    Across the tube, the lock holds, unless the clip tips over the edge of its seat. The pull acts
+    at the clip's middle, (1 - s) w / 2 from the middle of the seat. The seat's load N s can move by
+    s w / 2 to balance the pull. A clip that does not enclose its whole tube slips off sideways and
+    holds nothing.
     """
     if clip.lost or not all(clip.complete):
         return 0.0, 0.0
@@ -176,9 +182,9 @@ def holding_forces_n(tubes: Tubes, clip: Clip, grip: float) -> tuple[float, floa
 def _seat(tubes: Tubes, crossing: Crossing) -> float:
     """Return the share of the clip's area on the flattened tube that presses on firm tissue.
 
-    Tissue nearer to a free end than the least cuff yields, as a load decays over about a tube's
-    radius from a free end (Saint-Venant). The leading corner of a tilted clip is nearer to the end
-    than its middle.
+    Tissue nearer to a free end than the least cuff yields, because a load decays over about a
+    tube's radius from a free end (Saint-Venant). The leading corner of a tilted clip is nearer to
+    the end than the clip's middle.
     """
     flat_m = np.pi * tubes.radius_m(crossing.tube) * SEAT_SAMPLES
     lead_m = flat_m * np.tan(min(crossing.tilt_rad, np.deg2rad(80.0)))

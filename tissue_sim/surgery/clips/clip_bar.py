@@ -1,4 +1,4 @@
-"""A closed clip is a rigid bar: what touches it pushes it, and through it the tissue it holds."""
+"""Treat a closed clip as a rigid bar, through which a touching object pushes the clipped tissue."""
 
 from __future__ import annotations
 
@@ -13,15 +13,15 @@ from tissue_sim.structures.tubes import Tubes
 from tissue_sim.surgery.clips.clip import CLIP_LENGTH_M, CLIP_WIDTH_M, Clip, T_world_clip
 from tissue_sim.tools.arms import ContactShapes
 
-RADIUS_M = 0.5 * CLIP_WIDTH_M  # assumed: both closed legs are as thick together as they are wide
+RADIUS_M = 0.5 * CLIP_WIDTH_M  # assumed: both closed legs together are as thick as wide
 REACH_M = 0.5 * CLIP_LENGTH_M - RADIUS_M  # from the middle to the first and last ball's centre
 MIDDLE_M = np.array([0.0, 0.0, -0.5 * CLIP_LENGTH_M])  # in the clip's frame
 BALLS_M = MIDDLE_M + np.linspace(-REACH_M, REACH_M, BALLS)[:, None] * [0.0, 0.0, 1.0]
-LEAST_EXTENT = 0.1  # assumed: of what a clip holds, over its largest; a smaller one is no direction
+LEAST_EXTENT = 0.1  # assumed: of clipped tissue, over its largest; a smaller extent is no direction
 
 
 def place_bars(tubes: Tubes, clips: Sequence[Clip]) -> None:
-    """Let the tissue carry all clips that hold it."""
+    """Let the tissue carry all clips that hold tissue."""
     bars = [bar_of(clip) for clip in clips if is_bar(clip)]
     tubes.tissue.place_bars(tubes.b, bars, reach_m=REACH_M, radius_m=RADIUS_M)
 
@@ -29,11 +29,12 @@ def place_bars(tubes: Tubes, clips: Sequence[Clip]) -> None:
 def pushes_n(tubes: Tubes, clips: Sequence[Clip]) -> list[tuple[Clip, Array]]:
     """Return the clips that instruments or other clips push now, and the forces (3,), N.
 
-    The tube's own tension is none of them: it passes under the legs, on a stump as on a whole tube.
+    The tube's own tension is not among these forces. The tension passes under the legs, on a stump
+    as on a whole tube.
 
     Args:
         tubes: the tubes, after the step that began with these clips.
-        clips: all clips, as `place_bars` had them.
+        clips: all clips that `place_bars` received.
     """
     force = tubes.tissue.host("bar_force")[tubes.b].astype(float)
     bars = [clip for clip in clips if is_bar(clip)][-len(force) :]
@@ -41,15 +42,15 @@ def pushes_n(tubes: Tubes, clips: Sequence[Clip]) -> list[tuple[Clip, Array]]:
 
 
 def is_bar(clip: Clip) -> bool:
-    """Tell whether a clip holds enough for the tissue to carry it."""
+    """Return whether a clip holds enough vertices for the tissue to carry it."""
     return len(clip.vertices) > 1
 
 
 def bar_of(clip: Clip) -> Bar:
     """Return a clip that holds tissue as a bar.
 
-    The weights are those of the linear map that fits the held vertices best, in least squares:
-    from their places in the clip to where they are.
+    The weights belong to the linear map from the held vertices' places in the clip to their current
+    positions. The map is the best fit in least squares.
     """
     some = np.linspace(0, len(clip.vertices) - 1, min(len(clip.vertices), BAR_VERTICES)).astype(int)
     places_m = clip.places_m[some]
@@ -64,7 +65,7 @@ def bar_of(clip: Clip) -> Bar:
 
 
 def leave_jaws(tubes: Tubes, clip: Clip, shapes: ContactShapes) -> Clip:
-    """Return the clip, out of the jaws if it was in them and they do not touch it any more."""
+    """Return the clip, marked as out of the jaws if the jaws no longer touch it."""
     if not clip.in_jaws:
         return clip
     depth_m, _ = depths(transform(T_world_clip(tubes, clip), BALLS_M), shapes)
@@ -74,9 +75,9 @@ def leave_jaws(tubes: Tubes, clip: Clip, shapes: ContactShapes) -> Clip:
 
 
 def depths(points_m: Array, shapes: ContactShapes) -> tuple[Array, Array]:
-    """Return how deep balls of a clip (n, 3) are in instruments, and in which direction is out.
+    """Return the depths of balls of a clip (n, 3) in instruments, and the outward directions.
 
-    World frame. `mechanics.contact.touch.touch` is the same for tissue, with a memory of sides.
+    World frame. `mechanics.contact.touch.touch` does the same for tissue, and stores sides.
 
     Returns:
         (n, 8) depth, m, negative outside; (n, 8, 3) unit normals.

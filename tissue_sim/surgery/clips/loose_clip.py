@@ -1,6 +1,6 @@
-"""A clip that nothing holds falls freely, onto the liver bed or the peritoneum behind the tubes.
+"""Let a loose clip fall freely, onto the liver bed or the peritoneum behind the tubes.
 
-Instruments push it aside. It weighs a twentieth of a gram, so they do not feel it.
+Instruments push the clip aside. It weighs a twentieth of a gram, so its force on them is left out.
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ from tissue_sim.surgery.clips.clip import Clip
 from tissue_sim.surgery.clips.clip_bar import BALLS_M, RADIUS_M, depths
 from tissue_sim.tools.arms import ContactShapes
 
-PERITONEUM_AWAY_M = 0.005  # assumed: how far behind the field it lies, where it is nearest
+PERITONEUM_AWAY_M = 0.005  # assumed: least distance of the peritoneum behind the field
 GRAVITY_M_S2 = 9.81
 PUSHES = 3  # out of one instrument, then out of another
 
@@ -24,7 +24,7 @@ PUSHES = 3  # out of one instrument, then out of another
 def fall(clip: Clip, bed: LiverBed, step_s: float) -> Clip:
     """Return the clip after a step.
 
-    It keeps its orientation, falls past the tissue, and stays where it lands.
+    The clip keeps its orientation, falls past the tissue, and stays where it lands.
     """
     if clip.fall_m_s is None:
         return clip
@@ -43,7 +43,7 @@ def fall(clip: Clip, bed: LiverBed, step_s: float) -> Clip:
 
 
 def push_aside(clip: Clip, shapes: ContactShapes) -> Clip:
-    """Return a lost clip outside of the instruments; one that was pushed falls again."""
+    """Return a lost clip outside of the instruments; a pushed clip falls again."""
     n_shape = len(shapes.radius_m) // 2 if clip.in_jaws else len(shapes.radius_m)
     T = clip.T_world_clip.copy()
     for _ in range(PUSHES):
@@ -60,9 +60,9 @@ def push_aside(clip: Clip, shapes: ContactShapes) -> Clip:
 
 
 def _way_out(depth_m: Array, normal: Array, thick_m: Array) -> Array:
-    """Return the way (3,) out of all shapes that hold a ball: out of closed jaws, not between them.
+    """Return the way (3,) of a ball out of all shapes: out of closed jaws, not between them.
 
-    It leads out of the shape that the ball is least deep in, and through the others if need be.
+    The way leads out of the shape with the least penetration, and through the others if necessary.
     """
     out = normal[np.argmin(depth_m)]
     return np.where(normal @ out > 0.0, depth_m, thick_m - depth_m).max() * out

@@ -1,4 +1,4 @@
-"""A pull on a clip: beyond the clip's hold it slides along its tube, and over the end it detaches.
+"""Move a pulled clip: beyond its hold it slides along its tube, and over the end it detaches.
 
 The motion is quasi-static, as friction is: while the pull exceeds the hold, the clip slides at a
 constant speed.
@@ -15,7 +15,7 @@ from tissue_sim.structures.tubes import Tubes
 from tissue_sim.surgery.clips.clip import Clip, T_world_clip, detach, holding_forces_n
 from tissue_sim.surgery.clips.squeeze import release, springs_in, squeeze
 
-SLIP_SPEED_M_S = 0.02  # assumed: the speed of a hand that pulls
+SLIP_SPEED_M_S = 0.02  # assumed: speed of a pulling hand
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -24,8 +24,9 @@ class Pull:
 
     Attributes:
         number: number of the clip.
-        force_world_n: (3,).
-        grip_n: the clip's grip before the pull, as the pull tightens the tissue and not the clip.
+        force_world_n: (3,) force in the world frame.
+        grip_n: the clip's grip before the pull, because the pull tightens the tissue and not the
+            clip.
     """
 
     number: int
@@ -36,9 +37,11 @@ class Pull:
 def apply_pull(tubes: Tubes, clip: Clip, pull: Pull, step_s: float) -> Clip:
     """Return the pulled clip after a step: unchanged, displaced or detached.
 
-    Pulls along (F) and across (G) add up as friction does: the clip moves when (F / hold along)^2 +
-    (G / hold across)^2 > 1. Under a pull across, or with two tubes between its legs, it does not
-    slide but detaches.
+    Pulls along (F) and across (G) add up as friction does. The clip moves when
+
+        (F / hold along)^2 + (G / hold across)^2 > 1.
+
+    Under a pull across, or with two tubes between its legs, a clip does not slide but detaches.
     """
     if clip.lost or not pull.force_world_n.any():
         return clip
@@ -59,7 +62,7 @@ def apply_pull(tubes: Tubes, clip: Clip, pull: Pull, step_s: float) -> Clip:
 def slide(tubes: Tubes, clip: Clip, by_m: float) -> Clip:
     """Move a clip on one tube along it, and its squeeze from ring to ring.
 
-    At a severed end it detaches; at an end that is joined to the body it stops.
+    The clip detaches at a severed end, and stops at an end that is joined to the body.
     """
     (crossing,) = clip.crossings
     tube = crossing.tube
@@ -71,7 +74,7 @@ def slide(tubes: Tubes, clip: Clip, by_m: float) -> Clip:
     by_m = station - crossing.station_m
     ring = first + int(np.argmin(np.abs(stations[first : last + 1] - station)))
     clip = _on_rings(tubes, clip, ring - crossing.ring) if ring != crossing.ring else clip
-    # the clip's frame moves the opposite way relative to the tissue it holds
+    # the clip's frame moves the opposite way relative to the clipped tissue
     _, tangent = tubes.point(tube, crossing.station_m)
     by_clip_m = T_world_clip(tubes, clip)[:3, :3].T @ tangent * by_m
     return replace(
@@ -100,7 +103,7 @@ def update_after_cut(tubes: Tubes, clip: Clip) -> Clip:
 
 
 def _on_rings(tubes: Tubes, clip: Clip, shift: int) -> Clip:
-    """Move the squeeze by a number of rings; release what would lie beyond the stump's end."""
+    """Move the squeeze by a number of rings; release vertices beyond the stump's end."""
     (crossing,), (rings,) = clip.crossings, clip.rings
     tube, station = crossing.tube, crossing.station_m
     first, last = tubes.stump(tube, station)

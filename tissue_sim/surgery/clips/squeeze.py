@@ -1,6 +1,6 @@
-"""A clip's squeeze: springs between the two halves of each ring under its legs.
+"""Model a clip's squeeze: springs between the two halves of each ring under its legs.
 
-The soft filling of a crushed lumen folds over: a few of its elements (2 kPa, assumed) are inverted
+The soft filling of a crushed lumen folds over. A few of its elements (2 kPa, assumed) are inverted
 while the clip is closed, and recover when it detaches. The walls are never inverted.
 """
 

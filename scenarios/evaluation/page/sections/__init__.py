@@ -1,1 +1,1 @@
-"""Which sections has a report? One a file."""
+"""Which sections does a report have? Each file is one section."""

@@ -1,4 +1,4 @@
-"""Each arm compared with the first, patient by patient."""
+"""The section that compares each system with the first, patient by patient."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ MEASURED = {
     "corrections": ("corrections", 1.0, 1),
     "clearance_m": ("clearance (mm)", 1e3, 2),
 }
-"""Heading, scale and decimals of each measure compared where both pass."""
+"""Heading, scale and decimals of each measure that is compared where both pass."""
 
 
 def paired(report: Report) -> str:

@@ -1,4 +1,4 @@
-"""Pass rates condition by condition, where a suite has several."""
+"""The section with pass rates condition by condition, for suites with several conditions."""
 
 from __future__ import annotations
 

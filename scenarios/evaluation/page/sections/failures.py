@@ -1,4 +1,4 @@
-"""Why episodes failed, and which to look at."""
+"""The section with the reasons of failed episodes, and the episodes to look at."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Whether the planner sees failure coming."""
+"""The section on the planner's prediction of failure."""
 
 from __future__ import annotations
 

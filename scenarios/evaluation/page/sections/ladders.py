@@ -1,4 +1,4 @@
-"""How strong a disturbance must be to break an arm."""
+"""The section with the strength of a disturbance that breaks a system."""
 
 from __future__ import annotations
 

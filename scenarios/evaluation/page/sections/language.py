@@ -1,4 +1,4 @@
-"""What people said, and how often it was obeyed or refused rightly."""
+"""The section with people's words, and how often they were rightly obeyed or refused."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Pass rates with their intervals, and figures of the episodes behind them."""
+"""The section with pass rates, their intervals, and figures of the episodes behind them."""
 
 from __future__ import annotations
 

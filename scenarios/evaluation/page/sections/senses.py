@@ -1,4 +1,4 @@
-"""How far what was sensed is from the truth."""
+"""The section with the errors of the observations."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ def senses(report: Report) -> str:
 
 
 def _found(report: Report) -> Iterator[tuple[int, str, str, SensedFigures]]:
-    """Yield the number and name of each arm, its suites' names, and what it sensed there."""
+    """Yield number and name of each system, its suites' names, and its sensing figures there."""
     for suite in report.suites:
         for k, (arm, found) in enumerate(report.arms.items()):
             for figures in found.suites[suite.name].sensed:

@@ -1,4 +1,4 @@
-"""The arms compared with SRT-H and with its surgeon."""
+"""The section that compares the systems with SRT-H and with its surgeon."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from scenarios.files.outside_text import in_html
 def beside_srt_h(report: Report) -> str:
     """Return the comparison in the first suite; SRT-H's patients were undisturbed, too.
 
-    A suite with ladders is none: it is empty if there is no other.
+    A suite with ladders does not count. The section is empty if there is no other suite.
     """
     if (first := report.headline) is None:
         return ""

@@ -1,4 +1,4 @@
-"""How much the pass rates depend on the thresholds."""
+"""The section on the dependence of the pass rates on the thresholds."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""How long a procedure took."""
+"""The section with the duration of a procedure."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Pass rates by the patients' anatomy."""
+"""The section with pass rates by the patients' anatomy."""
 
 from __future__ import annotations
 

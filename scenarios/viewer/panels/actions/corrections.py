@@ -1,4 +1,4 @@
-"""The 18 corrections as buttons, laid out by arm and direction as the endoscope sees them."""
+"""The 18 corrections as buttons, laid out by arm and direction in the endoscope's view."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Panel that takes over one arm: it follows a gizmo, through the safety filter."""
+"""Panel that takes over one arm: the arm follows a gizmo, through the safety filter."""
 
 from __future__ import annotations
 
@@ -100,7 +100,7 @@ class TakeOverPanel:
                 jaw_rad=shut + (wide - shut) * min(max(self._jaw.value / 100.0, 0.0), 1.0),
             )
         except ValueError:
-            return  # no pose: the arm keeps the goal that it has
+            return  # no pose: the arm keeps its goal
         self._ask(SessionState.guide, arm)
 
     def _give_back(self) -> None:
@@ -115,7 +115,7 @@ def _rotation(wxyz: np.ndarray) -> np.ndarray:
     """Return the (3, 3) rotation matrix of a quaternion of any length.
 
     Raises:
-        ValueError: it is zero or not finite.
+        ValueError: The quaternion is zero or not finite.
     """
     length = float(np.linalg.norm(wxyz))
     if not 0.0 < length < np.inf:

@@ -72,7 +72,7 @@ class TalkPanel:
             self._reply.content = _html(f"<b>{in_html(self._guesses.value)}</b>")
 
     def update(self, state: State) -> None:
-        """Show the robot's newest reply, which says what the arms do now."""
+        """Show the robot's newest reply, which describes the arms' current action."""
         spoken = [line for line in state.status.lines if line.kind in SPOKEN]
         if spoken and spoken[-1] != self._shown:
             self._shown = spoken[-1]
