@@ -29,7 +29,7 @@ help:
 
 demo: .venv/.ready
 	sees="cameras --video $(DEMO)/endoscope.mp4 --overlay --captions"
-	if ! $(BIN)/python -m tissue_sim.rendering.renderer_probe; then
+	if ! $(BIN)/python -c "from tissue_sim.rendering import renderer; exit(not renderer.renderer_available())"; then
 	  echo "There is no renderer here (make cameras fetches one): a model of the cameras replaces them."
 	  sees=tracked
 	fi

@@ -16,8 +16,8 @@ from controller.action import ToolAction, hold
 from planner.correction import DIRECTION_ENDOSCOPE, Correction
 from planner.instruction import Instruction
 from planner.person.orders import JAW_RAD_S
+from tissue_sim.constants import CONTROL_PERIOD_S
 from tissue_sim.frames import Array
-from tissue_sim.periods import CONTROL_PERIOD_S
 
 SPEED_M_S = 0.01  # assumed: a surgeon's fine motion
 APPROACH = 0.15  # share of what is left, in a step: the arms lag by two or three steps

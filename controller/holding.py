@@ -1,12 +1,13 @@
-"""Compute the action of a hold: both arms rest, unless a person corrects one of them."""
+"""Rest both arms: in a hold unless a person corrects one, or as a controller that does nothing."""
 
 from __future__ import annotations
 
 import numpy as np
 
-from controller.action import ToolAction, hold
+from controller.action import Chunk, ToolAction, hold
 from controller.correction import carried_out, moved_by_person
 from planner.instruction import Instruction
+from planner.policy_setup import PolicySetup
 from tissue_sim.frames import Array
 from tissue_sim.sensing.observation import Observation
 from tissue_sim.thresholds import HELD_PINCH_N
@@ -43,3 +44,17 @@ class Holding:
             self._jaw_rad = now_rad
         self._jaw_rad = np.where(moved_by_person(instruction, led), now_rad, self._jaw_rad)
         return carried_out(hold(self._jaw_rad), instruction, commanded)
+
+
+class ControllerIdle:
+    """Holds both arms at their places; every evaluation must fail this controller."""
+
+    def __init__(self, setup: PolicySetup) -> None:
+        del setup
+
+    def reset(self) -> None:
+        """Do nothing, because the controller has no memory."""
+
+    def act(self, observation: Observation, instruction: Instruction) -> Chunk:
+        """Hold both arms, with unchanged jaws."""
+        return (hold(observation.joints[:, 6]),)

@@ -16,8 +16,8 @@ import numpy as np
 from controller.action import ToolAction, hold
 from controller.correction import moved_by_person
 from planner.instruction import Instruction
+from tissue_sim.constants import CONTROL_PERIOD_S
 from tissue_sim.frames import Array
-from tissue_sim.periods import CONTROL_PERIOD_S
 
 STAYS_S = 3.0  # for a person's next word; assumed
 REST_M_S, REST_S = 0.003, 0.5  # a tip that is commanded to go slower for so long rests; assumed

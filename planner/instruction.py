@@ -1,9 +1,8 @@
-"""Define the instruction that the planner gives the controller, in words."""
+"""Define the instruction that the planner gives the controller, in words, with its assessment."""
 
 from dataclasses import dataclass
 from typing import Literal
 
-from planner.assessment import Assessment
 from planner.correction import CORRECTIONS, Correction, correction_from_text
 from planner.task import TASKS, Task, task_from_text
 
@@ -12,6 +11,7 @@ __all__ = [
     "CORRECTIONS",
     "HOLD",
     "TASKS",
+    "Assessment",
     "Correction",
     "Instruction",
     "Task",
@@ -22,6 +22,21 @@ __all__ = [
 Source = Literal["planner", "human"]
 HOLD = "hold"
 CALL = "call for a person"
+
+
+@dataclass(frozen=True, kw_only=True)
+class Assessment:
+    """A planner's judgement of the current task.
+
+    Attributes:
+        progress: Progress of the task, 0 to 1.
+        failure_chance: Probability that the task will not succeed in time.
+        alarm: Whether the probability is so high that a person should look.
+    """
+
+    progress: float
+    failure_chance: float
+    alarm: bool
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -14,9 +14,8 @@ from contextlib import suppress
 from typing import Any
 
 from planner.base import PATIENCE_S
-from planner.chat.client import ChatClient
-from planner.chat.completion import NonsenseError, object_in
-from planner.chat.endpoint import Endpoint, endpoint_from_environment
+from planner.chat_client import ChatClient, NonsenseError, object_in
+from planner.chat_endpoint import Endpoint, endpoint_from_environment
 from planner.correction import CORRECTIONS, Correction, correction_from_text
 from planner.instruction import Instruction
 from planner.policy_setup import PolicySetup

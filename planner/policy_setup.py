@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from typing import Any, TypeVar
 
 from planner.base import PLANNING_PERIOD_S
-from tissue_sim.periods import CONTROL_PERIOD_S
+from tissue_sim.constants import CONTROL_PERIOD_S
 
 Factory = TypeVar("Factory", bound=Callable[..., Any])
 

@@ -1,16 +1,22 @@
-"""Define the oracle planner: it gives the 17 tasks, each until its criterion is met. Privileged."""
+"""Define the oracle planner, and each task's criterion by the world's true state. Privileged.
+
+The planner gives the 17 tasks, each until its criterion is met.
+"""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 
 from planner.base import MOST_TRIES, PATIENCE_S, failed_too_often
-from planner.criteria import is_needed, structure_of, task_done
 from planner.instruction import TASKS, Instruction, Task
 from planner.policy_setup import PolicySetup, privileged
+from tissue_sim.outcome.clip_rule import USUAL_CLIPS, clips_needed
 from tissue_sim.outcome.predicates import (
+    clip_placed,
+    gallbladder_grasped,
     gallbladder_held,
     right_arm_back,
+    tube_cut,
     tube_severed,
     untouched,
 )
@@ -99,3 +105,35 @@ def make(setup: PolicySetup, world: World) -> PlannerScripted:
     """Return the scripted planner, which does not use its setup."""
     del setup
     return PlannerScripted(world)
+
+
+# Criteria, by the world's outcome predicates
+
+
+def task_done(task: Task, world: World) -> bool:
+    """Return whether the world's state meets the task's success criterion now."""
+    if task.kind == "grab":
+        return gallbladder_grasped(world)
+    if task.goes_back:
+        return right_arm_back(world)
+    structure = structure_of(task, world)
+    if task.kind == "cut":
+        return tube_cut(world, structure)
+    return clip_placed(world, structure, task.clip or 1)
+
+
+def is_needed(task: Task, world: World) -> bool:
+    """Return whether the procedure on this patient has the task.
+
+    A tube without room for three clips gets the first, which stays in the patient, and the third,
+    on the gallbladder's side of the cut.
+    """
+    if task.clip in (None, USUAL_CLIPS):
+        return True
+    tube = structure_of(task, world)
+    return task.clip < clips_needed(tube, world.tubes.length_m[tube])
+
+
+def structure_of(task: Task, world: World) -> str:
+    """Return the structure ("duct", "artery") of the task's tube in this patient, or ""."""
+    return world.anatomy.structure(task.tube) if task.tube else ""

@@ -76,14 +76,14 @@ class PolicyEntry:
     privileged: bool = False
 
 
-_LEARNED = "planner.learned.checkpoint"
-_DIFFUSION = "controller.diffusion.checkpoint"
+_LEARNED = "planner.learned.network"
+_DIFFUSION = "controller.diffusion.policy"
 
 PLANNERS: dict[str, PolicyEntry] = {
     "learned": PolicyEntry(factory="planner.learned.planner:make", checkpoint=_LEARNED),
     "learned-alone": PolicyEntry(factory="planner.learned.planner:make_alone", checkpoint=_LEARNED),
     "llm": PolicyEntry(factory="planner.llm:make", endpoint=True),
-    "rule": PolicyEntry(factory="planner.by_rule:make"),
+    "rule": PolicyEntry(factory="planner.ablations:make"),
     "scripted": PolicyEntry(factory="planner.scripted:make", privileged=True),
 }
 
@@ -92,11 +92,11 @@ CONTROLLERS: dict[str, PolicyEntry] = {
     "diffusion-alone": PolicyEntry(
         factory="controller.diffusion.controller:make_alone", checkpoint=_DIFFUSION
     ),
-    "idle": PolicyEntry(factory="controller.idle:ControllerIdle"),
+    "idle": PolicyEntry(factory="controller.holding:ControllerIdle"),
     "expert": PolicyEntry(factory="controller.expert.controller:make", privileged=True),
     "pixels": PolicyEntry(
         factory="controller.pixels.controller:make",
-        checkpoint="controller.pixels.checkpoint",
+        checkpoint="controller.pixels.policy",
         pictures=True,
     ),
 }
@@ -198,7 +198,5 @@ def usual_sense(planner: str, controller: str, scenario: str = "nominal") -> str
 PEOPLE: dict[str, str] = {"surgeon": "scenarios.loop.person.surgeon:Surgeon"}
 """Scripted people who read the truth and speak, each by a factory that takes the inbox."""
 
-ABLATIONS: dict[str, str] = {
-    "no-corrections": "planner.without_corrections:PlannerWithoutCorrections"
-}
+ABLATIONS: dict[str, str] = {"no-corrections": "planner.ablations:PlannerWithoutCorrections"}
 """Ablations of a planner, each by a factory that takes the planner."""

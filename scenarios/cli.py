@@ -20,12 +20,16 @@ from scenarios.commands.replay import Replay
 from scenarios.commands.run import Run
 from scenarios.commands.train import Train
 from scenarios.commands.view import View
-from scenarios.files.closed_pipe import outlives_its_readers, say
-from scenarios.files.errors import BadInputError
-from scenarios.files.exit_codes import BAD_INPUT, ERROR, INTERRUPTED
+from scenarios.files.errors import (
+    BAD_INPUT,
+    ERROR,
+    INTERRUPTED,
+    BadInputError,
+    outlives_its_readers,
+    say,
+)
 from scenarios.files.outside_text import visible
-from scenarios.workers.garbage import search_garbage_rarely
-from scenarios.workers.stop_signals import stop_code, stoppable
+from scenarios.workers.process import search_garbage_rarely, stop_code, stoppable
 from tissue_sim.main_guard import MainGuardError
 
 _RULE = "[─-]{3,}"

@@ -22,23 +22,22 @@ from controller.holding import Holding
 from controller.kept_place import KeptPlace
 from controller.tool_place import ToolPlace
 from planner.base import PLANNING_PERIOD_S, Planner, hears_of_success
-from planner.criteria import structure_of, task_done
 from planner.instruction import TASKS, Instruction
 from planner.language.reading import Reading
 from planner.person.override import PlannerOverridden
 from planner.scene.predicates import is_back
+from planner.scripted import structure_of, task_done
 from scenarios.loop.episode_config import EpisodeConfig
 from scenarios.loop.guarded_driver import GuardedDriver
-from scenarios.loop.metrics.act_time import ActTime
-from scenarios.loop.metrics.stage_clock import StageClock
-from scenarios.loop.metrics.task_record import TaskRecord
 from scenarios.loop.person.guided_arm import GuidedArm
 from scenarios.loop.person.inbox import Heard, Inbox
-from scenarios.loop.pictures import Pictures
+from scenarios.loop.senses import Pictures
 from scenarios.loop.step import Outcome, Step
+from scenarios.loop.task_record import TaskRecord
+from scenarios.loop.wall_time import ActTime, StageClock
 from scenarios.perturbation.effects import Effects
+from tissue_sim.constants import CONTROL_PERIOD_S
 from tissue_sim.outcome import nurse
-from tissue_sim.periods import CONTROL_PERIOD_S
 from tissue_sim.sensing.observation import Observation
 from tissue_sim.sensing.sense import Sense
 from tissue_sim.tools.arms import JointCommand

@@ -15,8 +15,7 @@ from planner.rules.rule_use import rule_uses_of
 from scenarios.catalogue import SCENARIOS, sense_named
 from scenarios.episode import Episode
 from scenarios.loop.episode_config import EpisodeConfig
-from scenarios.loop.metrics.motion_metrics import MotionMetrics
-from scenarios.loop.metrics.sensing_metrics import SensingMetrics
+from scenarios.loop.motion_metrics import MotionMetrics
 from scenarios.loop.observer import Observer
 from scenarios.loop.person.inbox import Inbox
 from scenarios.loop.person.script import read_script
@@ -29,6 +28,7 @@ from scenarios.loop.results import (
     SafetyResult,
 )
 from scenarios.loop.senses import make_sense
+from scenarios.loop.sensing_metrics import SensingMetrics
 from scenarios.perturbation.effects import Effects
 from tissue_sim.outcome.margins import margins
 from tissue_sim.outcome.predicates import stumps_hold, untouched

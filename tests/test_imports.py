@@ -22,20 +22,18 @@ KNOW_THE_WORLD = (  # expert and scripted planner, and the robot's own driver an
     "controller.expert",
     "controller.links",
     "controller.safety",
-    "planner.criteria",
     "planner.scripted",
 )
 OPEN_TO_ALL = (  # modules of the simulator: observations, the robot, and constants
     "tissue_sim.cached_files",  # writes what it is given
+    "tissue_sim.constants",
     "tissue_sim.frames",
     "tissue_sim.outcome.clip_rule",
     "tissue_sim.patient.at_risk",  # usual radii, the same for every patient
-    "tissue_sim.patient.axes",
-    "tissue_sim.periods",
     "tissue_sim.read_only",
-    "tissue_sim.sensing.pictures.glance",
+    "tissue_sim.sensing.glance",
     "tissue_sim.sensing.observation",
-    "tissue_sim.sensing.pictures.picture_faults",
+    "tissue_sim.sensing.picture_faults",
     "tissue_sim.sensing.polyline",
     "tissue_sim.sensing.rest_frame",
     "tissue_sim.sensing.rest_length",
@@ -44,7 +42,6 @@ OPEN_TO_ALL = (  # modules of the simulator: observations, the robot, and consta
     "tissue_sim.sensing.tracker",
     "tissue_sim.thresholds",
     "tissue_sim.tools.",
-    "tissue_sim.version",
 )
 
 

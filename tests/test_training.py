@@ -11,12 +11,12 @@ import pytest
 import torch
 from safetensors.torch import save_file
 
-from controller.diffusion.checkpoint import CHECKPOINTS as POLICIES
-from controller.diffusion.learning import training as controller_training
+from controller.diffusion import training as controller_training
+from controller.diffusion.policy import CHECKPOINTS as POLICIES
 from controller.pixels import training as pixel_training
-from controller.pixels.checkpoint import CHECKPOINTS as PIXEL_POLICIES
+from controller.pixels.policy import CHECKPOINTS as PIXEL_POLICIES
 from planner.learned import training as planner_training
-from planner.learned.checkpoint import CHECKPOINTS as PLANNERS
+from planner.learned.network import CHECKPOINTS as PLANNERS
 from planner.learning.checkpoint import CheckpointError, Checkpoints
 from planner.learning.optimise import STATE_FILE
 from tests.controller.diffusion.demonstrated import demonstration

@@ -45,18 +45,18 @@ from tissue_sim.rendering.shader_pack import (
     set_picture_formats,
     shader_pack,
 )
-from tissue_sim.saving.state_tensors import flat, state_from_tensors, state_to_tensors
-from tissue_sim.sensing.observation import Observation
-from tissue_sim.sensing.pictures.cameras import (
+from tissue_sim.sensing.cameras import (
     CAMERAS,
     FAR_PLANE_M,
     NEAR_PLANE_M,
     CameraSpec,
     T_world_camera,
 )
-from tissue_sim.sensing.pictures.segmentation import CLASSES, classes_of_entities
+from tissue_sim.sensing.observation import Observation
+from tissue_sim.sensing.segmentation import CLASSES, classes_of_entities
+from tissue_sim.state_tensors import flat, state_from_tensors, state_to_tensors
 from tissue_sim.tools.arms import RIGHT_ARM, JointCommand
-from tissue_sim.tools.physics_system import physics_system
+from tissue_sim.tools.drives import physics_system
 from tissue_sim.world import World, WorldConfig
 
 ENVIRONMENT_ID = "Calot-Cholecystectomy-v1"

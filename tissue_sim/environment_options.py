@@ -9,8 +9,8 @@ from typing import Any
 
 from tissue_sim.control_modes import N_NUMBERS
 from tissue_sim.patient.anatomy import Anatomy, Artery
-from tissue_sim.rendering.renderer_probe import renderer_available
-from tissue_sim.saving.state_check import require_names, require_type
+from tissue_sim.rendering.renderer import renderer_available
+from tissue_sim.state_check import require_names, require_type
 from tissue_sim.world import WorldConfig
 
 CPU_BACKENDS = ("auto", "cpu", "physx_cpu")

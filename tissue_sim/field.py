@@ -14,10 +14,10 @@ from tissue_sim.patient.organ import Organ
 from tissue_sim.structures.body import Body
 from tissue_sim.structures.sac import Sac
 from tissue_sim.structures.tubes import Tubes
-from tissue_sim.surgery.clips.clip import CLIP_LENGTH_M, Clip, T_world_clip
-from tissue_sim.surgery.conditions import Conditions
-from tissue_sim.surgery.record import Record
+from tissue_sim.surgery.clip import Clip, T_world_clip
+from tissue_sim.surgery.record import Conditions, Record
 from tissue_sim.tools.arms import Arms
+from tissue_sim.tools.instruments import CLIP_LENGTH_M
 
 
 @dataclass(kw_only=True, eq=False, repr=False)

@@ -11,30 +11,27 @@ import numpy as np
 import sapien
 from numpy.typing import NDArray
 
+from tissue_sim.constants import CONTROL_PERIOD_S, WORLD_VERSION
 from tissue_sim.field import Field
-from tissue_sim.frames import Array
+from tissue_sim.frames import Array, endoscope_pose
 from tissue_sim.mechanics.tissue import Tissue, TissueConfig
 from tissue_sim.patient.anatomy import Anatomy
-from tissue_sim.patient.axes import endoscope_pose
 from tissue_sim.patient.mesher import Indices
 from tissue_sim.patient.organ import build_organ
-from tissue_sim.periods import CONTROL_PERIOD_S
 from tissue_sim.rendering.view import FieldCameras, renderable_scene
-from tissue_sim.saving.world_state import copied, require_state
 from tissue_sim.sensing.exact import exact_observation
 from tissue_sim.sensing.observation import Observation
 from tissue_sim.structures.body import Body
 from tissue_sim.structures.sac import Sac
 from tissue_sim.structures.tubes import Tubes
-from tissue_sim.surgery.clips.clip import Clip, dropped_clip, grip_n
-from tissue_sim.surgery.clips.clip_bar import place_bars
-from tissue_sim.surgery.clips.slip import Pull
-from tissue_sim.surgery.conditions import Conditions
+from tissue_sim.surgery.clip import Clip, dropped_clip, grip_n
+from tissue_sim.surgery.clip_bar import place_bars
+from tissue_sim.surgery.clip_slip import Pull
 from tissue_sim.surgery.events import record_step
-from tissue_sim.surgery.record import Record
+from tissue_sim.surgery.record import Conditions, Record
 from tissue_sim.tools.arms import HOME_JOINTS, RIGHT_ARM, Arms, JointCommand
-from tissue_sim.tools.physics_system import physics_system
-from tissue_sim.version import WORLD_VERSION
+from tissue_sim.tools.drives import physics_system
+from tissue_sim.world_state import copied, require_state
 
 SETTLE_STEPS = 45
 _NO_WRENCHES = (np.zeros((8, 3), np.float32), np.zeros((8, 3), np.float32))

@@ -9,8 +9,8 @@ from pathlib import Path
 from typing import Any
 
 from controller.dataset.schema import FPS
+from tissue_sim.constants import WORLD_VERSION
 from tissue_sim.sensing.observation import ENCODED, VECTOR_LAYOUT
-from tissue_sim.version import WORLD_VERSION
 
 CARD_PATH = "README.md"
 _HEAD = """---

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from controller.dataset.schema import SCHEMA_VERSION
-from tissue_sim.version import WORLD_VERSION
+from tissue_sim.constants import WORLD_VERSION
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -14,7 +14,7 @@ from controller.dataset.schema import (
     Feature,
     features,
 )
-from tissue_sim.version import WORLD_VERSION
+from tissue_sim.constants import WORLD_VERSION
 
 CODEBASE_VERSION = "v3.0"
 FILES_A_CHUNK = 1000

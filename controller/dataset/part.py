@@ -14,8 +14,8 @@ import pyarrow.parquet as pq
 from controller.dataset.dataset_episode import DatasetEpisode, Header
 from controller.dataset.schema import SCHEMA_VERSION, demonstrated
 from controller.dataset.tables import columns_of, table_of
-from planner.learning.strict_text import from_json
-from tissue_sim.version import WORLD_VERSION
+from planner.learning.files import from_json
+from tissue_sim.constants import WORLD_VERSION
 
 _HEADER, _HASH = b"calot", b"sha256"  # of the header; pages have checksums of their own
 

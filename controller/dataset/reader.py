@@ -1,4 +1,7 @@
-"""Read and check the episodes of a dataset, one at a time."""
+"""Read and check the episodes of a dataset, one at a time, and sense them again.
+
+Episodes that are sensed again have the same errors for every policy.
+"""
 
 from __future__ import annotations
 
@@ -7,8 +10,10 @@ from pathlib import Path
 from typing import Any
 
 import msgspec
+import numpy as np
 import pyarrow as pa
 import pyarrow.parquet as pq
+from numpy.typing import NDArray
 
 from controller.dataset import layout
 from controller.dataset.choice import ALL, Choice
@@ -16,7 +21,8 @@ from controller.dataset.dataset_episode import DatasetEpisode, Header
 from controller.dataset.part import one_line, require_versions
 from controller.dataset.schema import Feature, features
 from controller.dataset.tables import arrow_schema, columns_of
-from planner.learning.strict_text import from_json
+from planner.learning.files import from_json
+from tissue_sim.sensing.tracker import sensed_again
 
 _HEADER = ("seed", "kind", "scenario", "success", "world_version", "schema_version")
 _JSON = ("anatomy", "failures", "versions", "cameras")
@@ -138,3 +144,11 @@ def _header(row: dict[str, Any]) -> Header:
     if set(_LATER) <= row.keys():
         plain |= {"sense": row["sense"], "checkpoints": from_json(row["checkpoints"])}
     return msgspec.convert({key: row[key] for key in _HEADER} | plain, Header)
+
+
+COPIES = 2  # of each episode, each sensed with other errors
+
+
+def sensed_copy(exact: NDArray[np.float32], seed: int, copy: int) -> NDArray[np.float32]:
+    """Return the exact states (n, `VECTOR_SIZE`) of one episode with the errors of this copy."""
+    return sensed_again(exact, np.random.default_rng([0xC0B1E5, seed, copy]))

@@ -11,8 +11,7 @@ from numpy.typing import NDArray
 
 from controller.dataset.choice import ALL, Choice
 from controller.dataset.dataset_episode import DatasetEpisode
-from controller.dataset.reader import read_episodes
-from controller.dataset.sensed_copies import COPIES, sensed_copy
+from controller.dataset.reader import COPIES, read_episodes, sensed_copy
 from planner.correction import CORRECTIONS
 from planner.learned.rollout import NOT_SAID, Rollout
 from planner.task import TASKS

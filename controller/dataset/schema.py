@@ -11,7 +11,7 @@ import pyarrow as pa
 from controller.action import ACTION_SIZE
 from planner.correction import CORRECTIONS
 from planner.task import TASKS
-from tissue_sim.periods import CONTROL_HZ
+from tissue_sim.constants import CONTROL_HZ
 from tissue_sim.sensing.observation import ENCODED, VECTOR_LAYOUT, VECTOR_SIZE
 
 SCHEMA_VERSION = 5  # raise it when a column is added, dropped or changes its meaning

@@ -13,8 +13,8 @@ from controller.action import ACTION_SIZE
 from controller.diffusion.chunk_frame import JAW
 from controller.diffusion.config import PolicyConfig
 from controller.diffusion.denoiser import ConditionEncoder, Denoiser
-from controller.diffusion.learning.windows import Batch
-from planner.learning.normalised import MAX_DEVIATIONS, MIN_DEVIATION
+from controller.diffusion.windows import Batch
+from planner.learning.networks import MAX_DEVIATIONS, MIN_DEVIATION
 
 FINE = 4.0  # weight of a tool's motion near tissue, before it touches: there tenths of a mm count
 

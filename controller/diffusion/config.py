@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from planner.learning.sizes import Layers, SomeSteps, Steps, Width
+from planner.learning.networks import Layers, SomeSteps, Steps, Width
 
 WORDS_SIZE = 384  # of a sentence's embedding
 PROCEDURE = "clip and cut both tubes"  # the only text that a wordless policy gets as input

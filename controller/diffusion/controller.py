@@ -9,17 +9,17 @@ import numpy as np
 from numpy.typing import NDArray
 
 from controller.action import ACTION_SIZE, Chunk, hold
-from controller.diffusion.checkpoint import CHECKPOINTS
 from controller.diffusion.chunk_frame import JAWS, actions_of, given_past, motion_of
 from controller.diffusion.config import PolicyConfig
 from controller.diffusion.dead_time import MAX_STEPS, DeadTime, foreseen
 from controller.diffusion.graph import Sampler
+from controller.diffusion.policy import CHECKPOINTS
 from controller.diffusion.rules.chunk_rules import ChunkRules
 from controller.diffusion.scene.body_frame import BodyFrame
 from controller.diffusion.scene.scene import Scene
 from planner.instruction import Instruction
 from planner.language.sentence_encoder import embed
-from planner.learning.kept import kept
+from planner.learning.networks import kept
 from planner.policy_setup import PolicySetup
 from planner.rules.rule_use import RuleUse
 from tissue_sim.frames import Array

@@ -1,13 +1,18 @@
-"""Define the diffusion policy, which samples chunks from observations and words."""
+"""Define the diffusion policy, which samples chunks from observations and words, in checkpoints."""
 
 from __future__ import annotations
+
+from pathlib import Path
 
 import torch
 from torch import Tensor
 
+from controller.action import ACTION_SIZE
 from controller.diffusion.chunk_diffusion import ChunkDiffusion
 from controller.diffusion.config import PolicyConfig
 from controller.diffusion.scene.features import Features
+from planner.learning.checkpoint import Checkpoints
+from tissue_sim.constants import WORLD_VERSION
 from tissue_sim.sensing.observation import VECTOR_SIZE
 
 
@@ -32,3 +37,18 @@ class Policy(ChunkDiffusion):
         """Sample chunks (B, H, 20) from frames (B, K, `VECTOR_SIZE`); else as `sample` does."""
         features = self.features(history, jaw_rad)
         return self.sample(features, jaw_rad, words, past, n_past, delay, noise)
+
+
+CHECKPOINTS = Checkpoints(
+    learner="controller",
+    holds="diffusion policy",
+    shipped=Path(__file__).with_name("policy.safetensors"),
+    fits={
+        "world version": WORLD_VERSION,
+        "schema": 6,
+        "observation size": VECTOR_SIZE,
+        "action size": ACTION_SIZE,
+    },
+    config_type=PolicyConfig,
+    model_from=Policy,
+)

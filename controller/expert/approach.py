@@ -8,8 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from controller.expert.jaw_room import catches_another, firm_room_m, sac_room_m
-from controller.expert.motion import before
-from controller.jaw_margins import FIRM_ROOM_M, OFF_CENTRE_M
+from controller.expert.motion import FIRM_ROOM_M, OFF_CENTRE_M, before
 from controller.kinematics import Unreachable, inverse_kinematics
 from tissue_sim.frames import Array, inverse_pose
 from tissue_sim.tools.arms import RIGHT_ARM

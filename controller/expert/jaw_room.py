@@ -7,10 +7,9 @@ from collections.abc import Iterator
 import numpy as np
 
 from tissue_sim.frames import Array, inverse_pose, transform
-from tissue_sim.outcome.jaws import MOUTHS
 from tissue_sim.patient.at_risk import AT_RISK
 from tissue_sim.patient.mesher import subdivide
-from tissue_sim.tools.instruments import INSTRUMENTS, PATCH_LINKS
+from tissue_sim.tools.instruments import INSTRUMENTS, MOUTHS, PATCH_LINKS
 from tissue_sim.world import World
 
 LINE_PARTS = 5  # between rings of a structure at risk
@@ -55,7 +54,7 @@ def _left_instrument(world: World) -> Iterator[tuple[Array, float]]:
 def _gap_m(points_tool_m: Array, tool: str, opening_rad: float) -> float:
     """Return the distance of points (n, 3) to the surface of the nearer open finger.
 
-    A finger is the rounded patch that touches tissue (`mechanics/contact/touch.py`).
+    A finger is the rounded patch that touches tissue (`mechanics/touch.py`).
     """
     fingers = INSTRUMENTS[tool]
     reach_m = fingers.yaw_to_tip_m - fingers.finger_start_m

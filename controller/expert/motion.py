@@ -1,18 +1,28 @@
-"""Move tools straight towards goal poses, as a chunk of small relative steps."""
+"""Move tools to goal poses: straight in small relative steps, or smoothly; jaws keep some room.
+
+The smooth motion is of minimum jerk: Flash and Hogan, "The coordination of arm movements", 1985:
+s = 10 t^3 - 15 t^4 + 6 t^5.
+"""
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
 
 from controller.action import Chunk, ToolAction
-from tissue_sim.frames import Array, exponential, rotation_to_6d, rotation_vector
-from tissue_sim.periods import CONTROL_PERIOD_S
+from tissue_sim.constants import CONTROL_PERIOD_S
+from tissue_sim.frames import Array, exponential, pose, rotation_to_6d, rotation_vector
 
 CHUNK_STEPS = 3
 TURN_SPEED_RAD_S, JAW_SPEED_RAD_S = 1.2, 1.0  # assumed
 STILL = np.zeros(3)
+
+# The room that the expert leaves around its open jaws, which policies get as input
+CLEARANCE_M = 0.0018  # between tube and finger on either side
+OFF_CENTRE_M = 0.0013  # the tube nearer to one finger, so that the other finger's side stays free
+FIRM_ROOM_M = 0.0006  # to a structure at risk or the other arm: the filter keeps 0.5 mm
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -90,3 +100,32 @@ def _step(T: Array, goal: Array, speed_m_s: float) -> tuple[Array, Array]:
 def _share(left: float, speed: float) -> float:
     """Return the share of the remaining way that one step covers; the cap slows the end."""
     return min(0.35, speed * CONTROL_PERIOD_S / left) if left > 1e-9 else 0.0
+
+
+# Minimum jerk
+
+PEAK_SPEED_M_S = 0.040
+PEAK_TURN_RAD_S = 1.2
+PEAK = 1.875  # of ds/dt, at half time
+
+
+def progress(t: Array) -> Array:
+    """Return the share of the path at share t of the time."""
+    return t**3 * (10.0 - 15.0 * t + 6.0 * t**2)
+
+
+def between(T_start: Array, T_end: Array, share: float) -> Array:
+    """Return the pose (4, 4) at a share of a straight path that turns about one axis."""
+    turn = rotation_vector(T_start[:3, :3].T @ T_end[:3, :3])
+    position = T_start[:3, 3] + share * (T_end[:3, 3] - T_start[:3, 3])
+    return pose(T_start[:3, :3] @ exponential(share * turn), position)
+
+
+def minimum_jerk(T_start: Array, T_end: Array) -> Iterator[Array]:
+    """Yield poses (4, 4), one per control step, with the end but without the start."""
+    length = np.linalg.norm(T_end[:3, 3] - T_start[:3, 3])
+    turn = np.linalg.norm(rotation_vector(T_start[:3, :3].T @ T_end[:3, :3]))
+    least_s = PEAK * max(length / PEAK_SPEED_M_S, turn / PEAK_TURN_RAD_S)
+    steps = max(1, int(np.ceil(least_s / CONTROL_PERIOD_S)))
+    for share in progress(np.linspace(0.0, 1.0, steps + 1)[1:]):
+        yield between(T_start, T_end, float(share))

@@ -22,10 +22,9 @@ from controller.expert.targets import (
     spread_direction,
     taut,
 )
-from planner.criteria import structure_of
+from planner.scripted import structure_of
 from planner.task import Task
 from tissue_sim.frames import Array, inverse_pose, transform
-from tissue_sim.outcome.jaws import MOUTHS
 from tissue_sim.outcome.predicates import (
     gallbladder_held,
     gap_m,
@@ -37,7 +36,7 @@ from tissue_sim.outcome.predicates import (
 from tissue_sim.surgery.abuses import stab_m
 from tissue_sim.thresholds import GRASP_MIN_TRACTION_N, HELD_PINCH_N, RETRACTED_M, SPREAD_MIN_M
 from tissue_sim.tools.arms import LEFT_ARM, RIGHT_ARM
-from tissue_sim.tools.instruments import INSTRUMENTS
+from tissue_sim.tools.instruments import INSTRUMENTS, MOUTHS
 from tissue_sim.world import World
 
 GRASP_SHUT_RAD, PINCH_MAX_S = 0.0, 1.3  # assumed, as all speeds, times and rooms below

@@ -7,8 +7,8 @@ from collections.abc import Sequence
 import numpy as np
 
 from controller.expert.approach import USUAL, Approach
-from controller.jaw_margins import CLEARANCE_M
-from tissue_sim.frames import Array, pose, unit
+from controller.expert.motion import CLEARANCE_M
+from tissue_sim.frames import AWAY, LEFT, RIGHT, Array, pose, unit
 from tissue_sim.outcome import clip_rule
 from tissue_sim.outcome.clip_rule import (
     CUT_ROOM_M,
@@ -17,17 +17,18 @@ from tissue_sim.outcome.clip_rule import (
     SPACING_M,
     clips_needed,
 )
-from tissue_sim.outcome.jaws import MOUTHS
 from tissue_sim.outcome.predicates import straightness
-from tissue_sim.patient.axes import AWAY, LEFT, RIGHT
 from tissue_sim.patient.organ import TUBES
 from tissue_sim.structures.tubes import Tubes
-from tissue_sim.surgery.clips.clip import CLIP_LENGTH_M
-from tissue_sim.surgery.cut import BLADE_LENGTH_M
 from tissue_sim.thresholds import CLIP_MAX_TILT_RAD, CLIP_MIN_GAP_M, CUFF_MIN_M
 from tissue_sim.tools.arms import RIGHT_ARM
-from tissue_sim.tools.clip_size import CLIP_WIDTH_M
-from tissue_sim.tools.instruments import INSTRUMENTS
+from tissue_sim.tools.instruments import (
+    BLADE_LENGTH_M,
+    CLIP_LENGTH_M,
+    CLIP_WIDTH_M,
+    INSTRUMENTS,
+    MOUTHS,
+)
 from tissue_sim.world import World
 
 GRASP_RING = 6  # the top of the infundibulum, 15 mm above the neck, or lower on a wide sac

@@ -13,9 +13,9 @@ from torch import nn
 from controller.perception.network import Network, NetworkConfig
 from controller.perception.prior import Prior
 from planner.learning.checkpoint import Checkpoints
-from planner.learning.sizes import Width
+from planner.learning.networks import Width
+from tissue_sim.constants import WORLD_VERSION
 from tissue_sim.sensing.observation import N_LINE
-from tissue_sim.version import WORLD_VERSION
 
 
 @dataclass(frozen=True, kw_only=True)

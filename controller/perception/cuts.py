@@ -9,8 +9,8 @@ from controller.perception.clips import tube_m
 from controller.perception.evidence import find, in_frame
 from controller.perception.fusion import Lines
 from controller.perception.graph import Shown
+from tissue_sim.sensing.glance import Glance, Picture
 from tissue_sim.sensing.observation import SCISSORS, TUBE_POINTS
-from tissue_sim.sensing.pictures.glance import Glance, Picture
 from tissue_sim.sensing.polyline import nearest_to_jaws, place_on
 from tissue_sim.tools.arms import RIGHT_ARM
 from tissue_sim.tools.instruments import INSTRUMENTS

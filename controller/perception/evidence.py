@@ -9,7 +9,7 @@ import numpy as np
 from controller.perception.graph import Shown
 from controller.perception.network import DENSE, STRIDE
 from tissue_sim.frames import Array
-from tissue_sim.sensing.pictures.glance import Picture
+from tissue_sim.sensing.glance import Picture
 
 LEAST = 0.6  # assumed: probability of a cell that counts as evidence
 WINDOW_M, LEAST_PX = 0.003, 6.0  # radius of the search around an estimated place

@@ -16,7 +16,7 @@ from torch import Tensor
 from torch.nn import functional as F
 
 from controller.dataset.part import one_line
-from tissue_sim.sensing.pictures.picture_faults import smoked, splashed
+from tissue_sim.sensing.picture_faults import smoked, splashed
 
 TURN_RAD, GROW, SHIFT = 0.3, 0.15, 0.1  # largest; of the size: natural logarithm, share
 SMOKED, SPLASHED, DEAD = 0.15, 0.15, 0.03  # shares of spoilt pictures; assumed

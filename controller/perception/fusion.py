@@ -12,8 +12,8 @@ import numpy as np
 from controller.perception.graph import Shown
 from controller.perception.prior import Prior
 from tissue_sim.frames import Array, unit
+from tissue_sim.sensing.glance import Picture
 from tissue_sim.sensing.observation import N_LINE
-from tissue_sim.sensing.pictures.glance import Picture
 from tissue_sim.sensing.sensor_model import SensorModel
 
 ITERATIONS = 3

@@ -13,7 +13,7 @@ import torch
 from torch import Tensor, nn
 from torch.nn import functional as F
 
-from planner.learning.sizes import Channels
+from planner.learning.networks import Channels
 from tissue_sim.sensing.observation import N_LINE, SAC_POINTS, TUBE_POINTS
 
 N_WIDE = 2 * TUBE_POINTS + SAC_POINTS  # of them, the first, are of tubes and gallbladder

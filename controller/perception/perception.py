@@ -12,13 +12,13 @@ from controller.perception.clips import Clips
 from controller.perception.cuts import Cuts
 from controller.perception.fusion import Lines, spread_px
 from controller.perception.graph import Shown, ViewReader
-from controller.perception.motion import share_of_motion
-from controller.perception.prior import Prior
+from controller.perception.prior import Prior, share_of_motion
 from controller.perception.radii import Radii
 from controller.perception.third_tube import ThirdTube
-from planner.learning.kept import kept
+from planner.learning.networks import kept
+from tissue_sim.constants import CONTROL_PERIOD_S
 from tissue_sim.frames import Array
-from tissue_sim.periods import CONTROL_PERIOD_S
+from tissue_sim.sensing.glance import Glance, Picture
 from tissue_sim.sensing.observation import (
     MAX_CLIPS,
     N_LINE,
@@ -27,7 +27,6 @@ from tissue_sim.sensing.observation import (
     TUBE_POINTS,
     Observation,
 )
-from tissue_sim.sensing.pictures.glance import Glance, Picture
 from tissue_sim.sensing.rest_length import RestLengths
 
 BIAS_M = 3e-4  # measured on tuning patients: the common error of all looks

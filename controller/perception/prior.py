@@ -1,7 +1,7 @@
-"""Define the prior of the places of the lines' points in the population, and of their motions.
+"""Define the prior of the places of the lines' points, and of their motions, usual and present.
 
 Perception starts from this prior before the first picture. Places vary smoothly along a line, and
-so do motions.
+so do motions. How much the tissue moves now follows from the tools that move it.
 """
 
 from __future__ import annotations
@@ -12,8 +12,11 @@ from pathlib import Path
 
 import numpy as np
 
+from tissue_sim.constants import CONTROL_PERIOD_S
 from tissue_sim.frames import Array
 from tissue_sim.sensing.observation import N_LINE
+from tissue_sim.thresholds import HELD_PINCH_N
+from tissue_sim.tools.arms import LEFT_ARM
 
 WIDER = 1.5  # factor on the variance: there are patients beyond those of the training
 ALONE_M = 0.001  # part of the spread that a point has for itself
@@ -68,3 +71,29 @@ def _limited(motions: Array) -> Array:
     """Return motions with the largest shortened: a tool exchange sets frames far apart in time."""
     size = np.linalg.norm(motions, axis=1, keepdims=True)
     return motions * np.minimum(1.0, np.quantile(size, QUICK) / np.maximum(size, 1e-12))
+
+
+# Present motion, from the tools
+
+STILL = 0.03  # share of the usual motion while both tips rest
+RESTING_M_S, MOVING_M_S = 0.001, 0.005  # tips' speeds; between them the share rises
+PULLED = 15.0  # the share where the grasper draws held tissue; chosen on tuning patients
+
+
+def share_of_motion(tips_m: Array, before_m: Array | None, pinch_n: float) -> float:
+    """Return the share of the usual motion with which the tissue's estimate widens.
+
+    The usual motion is a mean over whole procedures. The grasper draws tissue much further: with
+    the usual share, tubes that the grasper had drawn straight were estimated slack for seconds.
+
+    Args:
+        tips_m: (2, 3) present tips of the left and the right tool.
+        before_m: (2, 3) tips one control step before; None at first.
+        pinch_n: Force with which the grasper's jaws press on the tissue between them.
+    """
+    if before_m is None:
+        return 1.0
+    speeds = np.linalg.norm(tips_m - before_m, axis=1) / CONTROL_PERIOD_S
+    moves = np.clip((speeds - RESTING_M_S) / (MOVING_M_S - RESTING_M_S), 0.0, 1.0)
+    pulled = PULLED * float(moves[LEFT_ARM]) if pinch_n > HELD_PINCH_N else 0.0
+    return max(STILL + (1.0 - STILL) * float(moves.max()), pulled)

@@ -9,8 +9,8 @@ from controller.perception.graph import Shown
 from controller.perception.network import N_WIDE
 from controller.perception.prior import Prior
 from tissue_sim.frames import Array
+from tissue_sim.sensing.glance import Picture
 from tissue_sim.sensing.observation import TUBE_POINTS
-from tissue_sim.sensing.pictures.glance import Picture
 
 SPREAD = 0.3  # of the patients' radii, a share; measured
 ONE_LOOK = 0.15  # assumed: standard deviation of one look at one point, a share

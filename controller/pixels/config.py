@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from controller.dataset.schema import PICTURE_SHAPE
 from controller.diffusion.config import PolicyConfig
-from planner.learning.sizes import Channels
+from planner.learning.networks import Channels
 
 CAMERAS = ("endoscope_left", "wrist_left", "wrist_right")
 CHUNKS = PolicyConfig(history=(0,), play=8, max_delay=0)

@@ -7,14 +7,13 @@ import torch
 
 from controller.action import ACTION_SIZE, Chunk, hold
 from controller.diffusion.chunk_frame import actions_of, given_past, motion_of
-from controller.pixels.checkpoint import CHECKPOINTS
-from controller.pixels.policy import PixelPolicy
+from controller.pixels.policy import CHECKPOINTS, PixelPolicy
 from planner.instruction import Instruction
 from planner.language.sentence_encoder import embed
-from planner.learning.kept import kept
+from planner.learning.networks import kept
 from planner.policy_setup import PolicySetup
+from tissue_sim.constants import CONTROL_PERIOD_S
 from tissue_sim.frames import Array
-from tissue_sim.periods import CONTROL_PERIOD_S
 from tissue_sim.sensing.observation import Observation
 
 _loaded = kept(CHECKPOINTS.load)

@@ -11,8 +11,8 @@ from numpy.typing import NDArray
 
 from controller.dataset.choice import ALL, Choice
 from controller.dataset.filmed import read_filmed
-from controller.diffusion.learning.demonstrations import COLUMNS, sensed
-from controller.diffusion.learning.windows import DemonstrationArrays
+from controller.diffusion.demonstrations import COLUMNS, sensed
+from controller.diffusion.windows import DemonstrationArrays
 from controller.pixels.config import PixelConfig
 
 

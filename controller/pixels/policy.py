@@ -1,14 +1,24 @@
-"""Define the policy from pixels, which samples chunks from pictures, encoders and words."""
+"""Define the policy from pixels, which samples chunks from pictures, encoders and words.
+
+No checkpoint of it comes with Calot.
+"""
 
 from __future__ import annotations
+
+from operator import attrgetter
+from pathlib import Path
 
 import torch
 from torch import Tensor
 
+from controller.action import ACTION_SIZE
+from controller.dataset.schema import ENCODED_SIZE, PICTURE_SHAPE
 from controller.diffusion.chunk_diffusion import ChunkDiffusion
 from controller.diffusion.scene.features import tool_features
 from controller.pixels.config import PixelConfig
 from controller.pixels.picture_encoder import PictureEncoder
+from planner.learning.checkpoint import Checkpoints
+from tissue_sim.constants import WORLD_VERSION
 from tissue_sim.sensing.observation import VECTOR_SIZE, fields
 
 
@@ -52,3 +62,20 @@ def of_tools(state: Tensor, jaw_rad: Tensor) -> Tensor:
     """Return the tools' features (B, n), the first ones of `PixelPolicy.features`."""
     parts = tool_features(fields(state), jaw_rad)
     return torch.cat([part.flatten(1) for part in parts], dim=1)
+
+
+CHECKPOINTS = Checkpoints(
+    learner="pixels",
+    holds="policy from pixels",
+    shipped=Path(__file__).with_name("policy.safetensors"),
+    fits={
+        "world version": WORLD_VERSION,
+        "pixels schema": 1,
+        "picture size": list(PICTURE_SHAPE),
+        "encoders": ENCODED_SIZE,
+        "action size": ACTION_SIZE,
+    },
+    config_type=PixelConfig,
+    model_from=PixelPolicy,
+    config_of=attrgetter("pixels"),
+)

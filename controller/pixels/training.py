@@ -19,12 +19,11 @@ from torch import Tensor
 from torch.nn import functional as F
 
 from controller.diffusion.config import PolicyConfig
-from controller.diffusion.learning.training import noise_for
-from controller.diffusion.learning.windows import Windows
-from controller.pixels.checkpoint import CHECKPOINTS
+from controller.diffusion.training import noise_for
+from controller.diffusion.windows import Windows
 from controller.pixels.config import CAMERAS, CHUNKS, PixelConfig
 from controller.pixels.films import Film
-from controller.pixels.policy import PixelPolicy, of_tools
+from controller.pixels.policy import CHECKPOINTS, PixelPolicy, of_tools
 from planner.language.sentence_encoder import embed_all
 from planner.learning.optimise import Schedule, TrainingStep, fine_tuning_schedule, optimise
 

@@ -9,13 +9,13 @@ import numpy as np
 from controller.links import Rates
 from controller.safety.arm_motion import arm_motion
 from controller.safety.bounds import N_MOTION
+from controller.safety.clips_seen import crowded_by_clips, lacking_clips
 from controller.safety.exemption import worked_on
 from controller.safety.geometry.collision import NO_LINK, CollisionModel, NearPairs
+from controller.safety.jaws_seen import between_jaws_seen
 from controller.safety.obstacles import RigidSurroundings, Surroundings, registered
 from controller.safety.proof import safe_share
-from controller.safety.seen.clips_seen import crowded_by_clips, lacking_clips
-from controller.safety.seen.jaws_seen import between_jaws_seen
-from controller.safety.seen.seen_obstacles import ObstaclesSeen
+from controller.safety.seen_obstacles import ObstaclesSeen
 from controller.safety.situation import Situation
 from planner.instruction import Instruction
 from tissue_sim.frames import Array

@@ -15,37 +15,40 @@ from planner.correction import CORRECTIONS, opposite
 from planner.language.grammar import Parse, may_be_filled, openness, parse
 from planner.language.phrases import normalised
 from planner.language.reading import By, Reading, Said
-from planner.language.rules.asides import without_asides
+from planner.language.rules.by_latest import by_latest
 from planner.language.rules.claims import claims_in, without_claims
+from planner.language.rules.compound import arm_named, in_order, names_an_act, parts_of
+from planner.language.rules.corrected import as_corrected
 from planner.language.rules.dangers import danger_in
 from planner.language.rules.forbidding import act_in, excepts, forbidden_in
-from planner.language.rules.ordinals import with_plain_ordinals
-from planner.language.rules.plain_letters import in_plain_letters
-from planner.language.rules.questions import QUESTIONS, Question, question_in, thing_in
-from planner.language.rules.rewriting.as_letters import in_latin
-from planner.language.rules.rewriting.compound import arm_named, in_order, names_an_act, parts_of
-from planner.language.rules.rewriting.corrected import as_corrected
-from planner.language.rules.rewriting.echoes import echo_in
-from planner.language.rules.rewriting.foreign import in_english
-from planner.language.rules.rewriting.misheard import as_meant
-from planner.language.rules.rewriting.relative import without_other_arm
-from planner.language.rules.sides import without_side
+from planner.language.rules.foreign import in_english
+from planner.language.rules.nothing_said import says_nothing
+from planner.language.rules.pairs import without_other_arm
+from planner.language.rules.permitting import Permission, permission_in, permits_surely
+from planner.language.rules.phrase_search import in_plain_letters
+from planner.language.rules.questions import (
+    QUESTIONS,
+    Question,
+    foreign_question_in,
+    question_in,
+    thing_in,
+)
+from planner.language.rules.references import with_plain_ordinals, without_side
+from planner.language.rules.resuming import resumes
 from planner.language.rules.sizes import (
     Sized,
+    echo_in,
     out_of_range,
+    speed_in,
     unclear_length,
     unread_length,
     without_size,
+    without_speed,
     without_unit,
 )
-from planner.language.rules.small_talk import is_small_talk
-from planner.language.rules.speeds import speed_in, without_speed
+from planner.language.rules.small_talk import is_small_talk, without_asides
+from planner.language.rules.spelling import as_meant, in_latin
 from planner.language.rules.warning import warns, warns_anywhere, warns_mildly, without_warning
-from planner.language.rules.whole.by_latest import by_latest
-from planner.language.rules.whole.foreign_questions import foreign_question_in
-from planner.language.rules.whole.nothing_said import says_nothing
-from planner.language.rules.whole.permitting import Permission, permission_in, permits_surely
-from planner.language.rules.whole.resuming import resumes
 from planner.language.slot_heads import SlotHeads, load
 from planner.language.slots import spelt_out
 from planner.person.prohibition import Prohibition

@@ -18,14 +18,13 @@ from safetensors.torch import load_file, save
 from torch import Tensor
 from torch.nn import functional as F
 
+from planner.language.rules.foreign import in_english
 from planner.language.rules.questions import QUESTIONS, Question
-from planner.language.rules.rewriting.as_letters import in_latin
-from planner.language.rules.rewriting.foreign import in_english
-from planner.language.rules.rewriting.misheard import as_meant
+from planner.language.rules.spelling import as_meant, in_latin
 from planner.language.sentence_encoder import LAYERS, hidden_states, layer
 from planner.language.sentence_sets import holds
-from planner.learning.atomic_write import write_atomic
-from planner.one_thread import one_thread
+from planner.learning.files import write_atomic
+from planner.learning.networks import one_thread
 
 Other = Literal["hold", "forbid", "allow", "resume", "refuse", "order", "none"]
 Kind = Question | Other

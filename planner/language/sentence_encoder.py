@@ -15,7 +15,7 @@ from safetensors.torch import load_file
 from torch import Tensor
 from torch.nn import functional as F
 
-from planner.one_thread import one_thread
+from planner.learning.networks import one_thread
 
 LAYERS, HEADS, LAYER_NORM_EPS = 6, 12, 1e-12
 MAX_TOKENS = 256

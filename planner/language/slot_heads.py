@@ -16,7 +16,7 @@ from safetensors.numpy import save as to_bytes
 
 from planner.command import COMMANDS, Command
 from planner.language.slots import SLOTS, Filled, candidates
-from planner.learning.atomic_write import write_atomic
+from planner.learning.files import write_atomic
 
 SHIPPED = Path(__file__).with_name("slot_heads.safetensors")
 NOTHING = "nothing"

@@ -13,7 +13,7 @@ from torch.nn.utils.rnn import pad_sequence
 from planner.language.kind_head import FROZEN, KINDS, in_words, kind_of, logits, save_weights
 from planner.language.sentence_encoder import LAYERS, hidden_states, layer_weights
 from planner.language.sentence_sets import Row, keeps_the_protocol, rows_named
-from planner.one_thread import one_thread
+from planner.learning.networks import one_thread
 
 EPOCHS, BATCH, SEED = 8, 32, 0
 LAYER_RATE, HEAD_RATE = 1e-4, 2e-3  # of learning; they fall to zero

@@ -1,16 +1,46 @@
-"""Define the network, from moments to a task, a correction, progress and the risk of failure."""
+"""Define the learned planner's network, its configuration and its checkpoints.
+
+The network goes from moments to a task, a correction, progress and the risk of failure.
+"""
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+from pathlib import Path
 from typing import NamedTuple
 
 import torch
 from torch import Tensor, nn
 
-from planner.learned.config import PlannerConfig
+from planner.correction import CORRECTIONS
 from planner.learned.features import N_CORRECTIONS, N_TASKS, seen_features, time_features
-from planner.learning.normalised import MAX_DEVIATIONS, MIN_DEVIATION
+from planner.learning.checkpoint import Checkpoints
+from planner.learning.networks import MAX_DEVIATIONS, MIN_DEVIATION, Layers, SomeSteps, Width
+from planner.task import TASKS
+from tissue_sim.constants import WORLD_VERSION
 from tissue_sim.sensing.observation import VECTOR_SIZE
+
+
+@dataclass(frozen=True, kw_only=True)
+class PlannerConfig:
+    """Shapes of the network.
+
+    Attributes:
+        history: Number of moments, one per request to the planner, with the present one.
+        width, layers, heads: Sizes of the transformer over the moments.
+
+    Raises:
+        ValueError: The heads do not divide the width.
+    """
+
+    history: SomeSteps = 8
+    width: Width = 256
+    layers: Layers = 3
+    heads: Width = 4
+
+    def __post_init__(self) -> None:
+        if self.width % self.heads:
+            raise ValueError(f"heads must divide width, got {self.heads} of {self.width}")
 
 
 class Moments(NamedTuple):
@@ -110,3 +140,18 @@ class PlannerNetwork(nn.Module):
         """Return the calibrated probability of failure (B,)."""
         scale, shift = self.calibration
         return (scale * prediction.fails + shift).sigmoid()
+
+
+CHECKPOINTS = Checkpoints(
+    learner="planner",
+    holds="learned planner",
+    shipped=Path(__file__).with_name("planner.safetensors"),
+    fits={
+        "world version": WORLD_VERSION,
+        "schema": 5,
+        "observation size": VECTOR_SIZE,
+        "instructions": len(TASKS) + len(CORRECTIONS),
+    },
+    config_type=PlannerConfig,
+    model_from=PlannerNetwork,
+)

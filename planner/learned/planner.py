@@ -10,21 +10,17 @@ import numpy as np
 import torch
 from numpy.typing import NDArray
 
-from planner.assessment import Assessment
 from planner.base import MOST_TRIES, failed_too_often
 from planner.correction import CORRECTIONS
-from planner.instruction import TASKS, Instruction, Task
-from planner.learned.checkpoint import CHECKPOINTS
+from planner.instruction import TASKS, Assessment, Instruction, Task
 from planner.learned.features import N_CORRECTIONS, N_TASKS
-from planner.learned.network import Moments, PlannerNetwork
-from planner.one_thread import one_thread
+from planner.learned.network import CHECKPOINTS, Moments, PlannerNetwork
+from planner.learning.networks import one_thread
 from planner.policy_setup import PolicySetup
 from planner.rules.anatomy_gate import AnatomyGate
+from planner.rules.call_gates import STANDSTILL, UNSEEN, SightGate, StandstillGate
 from planner.rules.rule_use import ANY, RuleCounts, RuleUse
-from planner.rules.sight_gate import UNSEEN, SightGate
-from planner.rules.standstill_gate import STANDSTILL, StandstillGate
-from planner.rules.task_clock import TaskClock
-from planner.rules.task_gate import gate_task
+from planner.rules.task_gate import TaskClock, gate_task
 from planner.scene.predicates import is_low
 from planner.task import GRAB
 from tissue_sim.sensing.observation import Observation

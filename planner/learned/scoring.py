@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from planner.learned.calibration import predictions
 from planner.learned.network import PlannerNetwork, Prediction
 from planner.learned.rollout import EVERY, NOT_SAID, Rollout, Rollouts
-from tissue_sim.periods import CONTROL_HZ
+from tissue_sim.constants import CONTROL_HZ
 
 BINS = 10
 

@@ -12,10 +12,8 @@ from torch import Tensor
 from torch.nn import functional as F
 
 from planner.learned.calibration import calibrate
-from planner.learned.checkpoint import CHECKPOINTS
-from planner.learned.config import PlannerConfig
 from planner.learned.features import N_CORRECTIONS, N_TASKS, VERY_LONG_S
-from planner.learned.network import Moments, PlannerNetwork, Prediction
+from planner.learned.network import CHECKPOINTS, Moments, PlannerConfig, PlannerNetwork, Prediction
 from planner.learned.rollout import ASKED_EVERY, Labels, Rollout, Rollouts
 from planner.learning.optimise import Schedule, TrainingStep, fine_tuning_schedule, optimise
 

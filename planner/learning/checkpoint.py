@@ -17,9 +17,7 @@ from safetensors import SafetensorError, safe_open
 from safetensors.torch import load_file, save
 from torch import Tensor, nn
 
-from planner.learning.atomic_write import write_atomic
-from planner.learning.npz import content_hash
-from planner.learning.strict_text import from_json
+from planner.learning.files import content_hash, from_json, write_atomic
 
 HASH = "sha256"  # in the file's metadata
 Config = TypeVar("Config")

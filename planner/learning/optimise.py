@@ -14,7 +14,7 @@ from typing import TypeVar, cast
 import torch
 from torch import Tensor, nn
 
-from planner.learning.atomic_write import write_atomic
+from planner.learning.files import write_atomic
 
 STATE_FILE, LOG_FOLDER = "training.pt", "tensorboard"
 GRADIENT_MAX = 1.0

@@ -17,7 +17,7 @@ from tissue_sim.frames import Array
 from tissue_sim.sensing.observation import MAX_CLIPS, TUBE_POINTS, Observation
 from tissue_sim.sensing.polyline import nearest_on
 from tissue_sim.thresholds import CUFF_MIN_M
-from tissue_sim.tools.clip_size import CLIP_WIDTH_M
+from tissue_sim.tools.instruments import CLIP_WIDTH_M
 
 CUT_GAP_M = CLIP_WIDTH_M + 2.0 * CUFF_MIN_M  # between middles of the clips beside a cut
 

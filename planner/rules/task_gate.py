@@ -3,15 +3,15 @@
 The learned planner's network was trained where tasks change in time. Once the network was late, its
 own earlier instructions made it repeat itself. For 20 s it requested a retraction from a clip with
 the arm back, and it left a cut that was not made. Clips are counted, and cuts and the tip are
-observed, so the network need not guess these.
+observed, so the network need not guess these. A clock counts, by observation, how long the task has
+lasted and the grasper has done its part.
 """
 
 from __future__ import annotations
 
 from planner.base import PATIENCE_S, PLANNING_PERIOD_S
-from planner.rules.task_clock import TaskClock
 from planner.scene.next_task import next_of_all
-from planner.scene.predicates import has_slipped, holds_badly, is_done
+from planner.scene.predicates import has_slipped, holds_badly, is_done, is_grasped, pulls
 from planner.task import GRAB, TASKS, Task
 from tissue_sim.sensing.observation import Observation
 from tissue_sim.thresholds import GRASP_HOLD_S
@@ -22,6 +22,36 @@ from tissue_sim.thresholds import GRASP_HOLD_S
 GRASPED_S = GRASP_HOLD_S + 0.5 * PLANNING_PERIOD_S
 SLIPPED_S = 1.5 * PLANNING_PERIOD_S  # two looks: motors err
 GRAB_S = 8.0  # a grab that takes longer is done when the planner says so; most take 5 to 7 s
+
+
+class TaskClock:
+    """Counts time while a planner is asked; tool exchanges, without requests, do not count.
+
+    Attributes:
+        since_s: Time since the task in force was given.
+        pulled_s: Time for which the grasper has held and pulled without a break.
+        grasped_s: Time for which the grasp has surely been good without a break.
+        slipped_s: Time for which the grasper has held nothing without a break, before the first
+            cut.
+    """
+
+    def __init__(self) -> None:
+        self.since_s = self.pulled_s = self.grasped_s = self.slipped_s = 0.0
+        self._now_s: float | None = None
+
+    def update(self, seen: Observation) -> None:
+        """Take in one observation."""
+        if self._now_s is not None:
+            passed_s = min(seen.time_s - self._now_s, PLANNING_PERIOD_S)
+            self.since_s += passed_s
+            self.pulled_s = self.pulled_s + passed_s if pulls(seen) else 0.0
+            self.grasped_s = self.grasped_s + passed_s if is_grasped(seen) else 0.0
+            self.slipped_s = self.slipped_s + passed_s if has_slipped(seen) else 0.0
+        self._now_s = seen.time_s
+
+    def begin(self) -> None:
+        """Begin another task."""
+        self.since_s = 0.0
 
 
 def gate_task(asked: Task, given: Task | None, seen: Observation, clock: TaskClock) -> Task:

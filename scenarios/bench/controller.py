@@ -12,17 +12,16 @@ import torch
 from rich.table import Table
 
 from controller.action import Chunk
-from controller.diffusion.checkpoint import CHECKPOINTS
 from controller.diffusion.controller import ControllerDiffusion
 from controller.diffusion.graph import Sampler, example_inputs
-from controller.diffusion.policy import Policy
+from controller.diffusion.policy import CHECKPOINTS, Policy
 from planner.instruction import Instruction
 from planner.learning.checkpoint import CheckpointError
 from scenarios.bench.lerobot_policy import NOT_INSTALLED, lerobot_chunk, lerobot_version
 from scenarios.files.errors import BadInputError
 from scenarios.loop.episode_config import EpisodeConfig
 from scenarios.run_episode import begin
-from tissue_sim.periods import CONTROL_PERIOD_S
+from tissue_sim.constants import CONTROL_PERIOD_S
 from tissue_sim.sensing.observation import Observation
 
 DELAYS = (0, 2, 4)

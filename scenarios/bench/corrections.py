@@ -16,7 +16,7 @@ from scenarios.bench.trials.correction_trial import (
     lost_trial,
 )
 from scenarios.bench.trials.run_trials import TrialAttempt, run_all
-from scenarios.evaluation.statistics.paired import mcnemar_exact, mean_interval
+from scenarios.evaluation.paired import mcnemar_exact, mean_interval
 from scenarios.evaluation.words import interval
 from scenarios.loop.episode_config import EpisodeConfig
 

@@ -22,8 +22,8 @@ from scenarios.loop.person.inbox import interpreter
 from scenarios.loop.step import Step
 from scenarios.recording.snapshot import Snapshot
 from scenarios.run_episode import begin
+from tissue_sim.constants import CONTROL_PERIOD_S
 from tissue_sim.frames import Array
-from tissue_sim.periods import CONTROL_PERIOD_S
 
 FIRST_S, EVERY_S = 1.0, 0.7  # simulated times at which text is submitted
 WITHIN_STEPS = 15

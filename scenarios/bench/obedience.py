@@ -15,8 +15,8 @@ from scenarios.bench.trials.obedience_trial import (
     lost_trial,
 )
 from scenarios.bench.trials.run_trials import TrialAttempt, run_all
-from scenarios.files.wilson import wilson_interval
 from scenarios.loop.episode_config import EpisodeConfig
+from scenarios.loop.results import wilson_interval
 
 
 def run_trials(

@@ -11,8 +11,7 @@ import torch
 from rich.table import Table
 
 from controller.dataset.rollouts import rollouts
-from planner.learned.checkpoint import CHECKPOINTS
-from planner.learned.network import PlannerNetwork
+from planner.learned.network import CHECKPOINTS, PlannerNetwork
 from planner.learned.rollout import EVERY, Rollout, Rollouts
 from planner.learned.scoring import PlannerScore, score
 from planner.learning.checkpoint import CheckpointError

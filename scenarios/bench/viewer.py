@@ -32,7 +32,7 @@ from scenarios.viewer.serving.page_process import PageProcess
 from scenarios.viewer.serving.port import choose_port
 from scenarios.viewer.session_state import SessionState
 from scenarios.viewer.watcher import Watcher
-from tissue_sim.periods import CONTROL_PERIOD_S
+from tissue_sim.constants import CONTROL_PERIOD_S
 
 if TYPE_CHECKING:
     from playwright.sync_api import Browser  # pyright: ignore[reportMissingImports]

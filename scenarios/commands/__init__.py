@@ -1,1 +1,1 @@
-"""The commands, each in its own file; heavy imports happen only when a command runs."""
+"""The commands, each in its own file, and their options; heavy imports happen when one runs."""

@@ -1,4 +1,4 @@
-"""`calot bench`: measure a part of Calot; a new bench is a class in `benches`, and a line here."""
+"""`calot bench`: measure a part of Calot; a new bench is a class in *_benches, and a line here."""
 
 import os
 from dataclasses import dataclass
@@ -6,23 +6,22 @@ from typing import Annotated
 
 from tyro.conf import OmitSubcommandPrefixes, subcommand
 
-from scenarios.commands.benches.faults import Faults
-from scenarios.commands.benches.interaction import BenchLatency, Distances, Language, Viewer
-from scenarios.commands.benches.physics import (
-    Accuracy,
-    BenchWorld,
-    Parallel,
-    Population,
-    Robustness,
-)
-from scenarios.commands.benches.policies import (
+from scenarios.commands.folder_options import require_kernel_cache
+from scenarios.commands.interaction_benches import BenchLatency, Distances, Faults, Language, Viewer
+from scenarios.commands.policy_benches import (
     BenchController,
     BenchPlanner,
     Corrections,
     Obedience,
     Safety,
 )
-from scenarios.commands.options.kernel_cache import require_kernel_cache
+from scenarios.commands.world_benches import (
+    Accuracy,
+    BenchWorld,
+    Parallel,
+    Population,
+    Robustness,
+)
 
 ONE_THREAD = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS")
 

@@ -1,4 +1,4 @@
-"""`calot collect`: collect demonstrations by the expert as a dataset."""
+"""`calot collect`: collect demonstrations by the expert, or labelled pictures, as a dataset."""
 
 import math
 import time
@@ -12,18 +12,16 @@ from typing import Annotated
 from tyro.conf import arg
 
 from scenarios.catalogue import SENSES
-from scenarios.commands.collected import broken_lines, written_or_refused
-from scenarios.commands.options.arguments import MOST_SEED, MOST_WORKERS, at_least, one_of
-from scenarios.commands.options.checkpoint_option import (
+from scenarios.commands.cluster_option import require_cluster
+from scenarios.commands.folder_options import claimed, require_kernel_cache, require_writable_folder
+from scenarios.commands.policy_options import (
+    require_cameras,
     require_checkpoint,
     require_planner_checkpoint,
+    require_renderer,
 )
-from scenarios.commands.options.cluster_option import require_cluster
-from scenarios.commands.options.kernel_cache import require_kernel_cache
-from scenarios.commands.options.output_path import claimed, require_writable_folder
-from scenarios.commands.options.renderer_option import require_cameras
-from scenarios.commands.picture_collection import collect_pictures
-from scenarios.demonstration.alike import require_alike
+from scenarios.commands.typed_options import MOST_SEED, MOST_WORKERS, at_least, one_of
+from scenarios.demonstration.alike import require_alike, require_pictures_alike
 from scenarios.demonstration.demonstrate import (
     PARTS,
     DemonstrationOutcome,
@@ -39,10 +37,10 @@ from scenarios.demonstration.mix import (
     PlannedDemonstration,
     demonstrations,
 )
-from scenarios.files.errors import BadInputError
-from scenarios.files.exit_codes import ERROR
+from scenarios.demonstration.pictures import frames_path, picture, pictured
+from scenarios.files.errors import ERROR, BadInputError
 from scenarios.files.outside_text import Terminal
-from scenarios.loop.progress import ProgressDisplay
+from scenarios.loop.observer import ProgressDisplay
 from scenarios.workers.pool import run_side_by_side
 
 WITHOUT_PICTURES = tuple(name for name, sense in SENSES.items() if not sense.renders)
@@ -199,3 +197,60 @@ def _report(
     if there := len(asked) - len(outcomes):
         lines.append(f"{there} existed already")
     return lines
+
+
+# Labelled pictures
+
+
+def collect_pictures(first_seed: int, episodes: int, out: Path, checkpoint: str = "") -> int:
+    """Take the missing labelled pictures, and report; return the exit code.
+
+    An interrupted episode leaves no pictures; the next call tries it again.
+
+    Raises:
+        BadInputError: There is no renderer, or too few training seeds are left. The pictures in
+            `out` were made in another way, or the disk is full.
+    """
+    require_renderer("--pictures")
+    asked = pictured(first_seed, episodes, checkpoint)
+    if len(asked) < episodes:
+        raise BadInputError(
+            f"--seed {first_seed} --episodes {episodes}: only {len(asked)} seeds are left;"
+            f" pictures are of training seeds, 0 to {TRAINING_SEEDS.stop - 1}"
+        )
+    require_pictures_alike(out, asked)
+    outcomes: list[DemonstrationOutcome] = []
+    waiting = [d for d in asked if not frames_path(d, out).exists()]
+    with ProgressDisplay(len(waiting), Terminal(stderr=True)) as display:
+        for demonstration in waiting:
+            outcomes.append(written_or_refused(picture(demonstration, out)))
+            display.advance()
+    broken = broken_lines(outcomes)
+    frames = sum(outcome.frames for outcome in outcomes)
+    there, new = len(asked) - len(broken), len(waiting) - len(broken)
+    line = f"pictures: {out}, {there} episodes, of them {new} new with {frames} frames"
+    for told in (*broken, line):
+        Terminal().print(told, highlight=False, markup=False, soft_wrap=True)
+    return ERROR if broken else 0
+
+
+# Reports on written, unwritable and interrupted episodes
+
+
+def written_or_refused(outcome: DemonstrationOutcome) -> DemonstrationOutcome:
+    """Return the outcome of an episode that was written.
+
+    Raises:
+        BadInputError: The disk has no room for the episode.
+    """
+    if outcome.unwritable:
+        raise BadInputError(
+            f"--out: cannot write {outcome.unwritable}; finished episodes are complete: free some"
+            " space and call again"
+        )
+    return outcome
+
+
+def broken_lines(outcomes: Sequence[DemonstrationOutcome]) -> list[str]:
+    """Return a line for each episode that broke off."""
+    return [f"{o.demonstration.name} broke off: {o.error}" for o in outcomes if o.error]

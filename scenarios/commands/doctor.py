@@ -10,8 +10,7 @@ from importlib.util import find_spec
 
 from rich.table import Table
 
-from scenarios.commands.output import output
-from scenarios.files.outside_text import Terminal
+from scenarios.files.outside_text import Terminal, output
 from scenarios.files.versions import versions
 
 # Runs in a separate process: both imports take seconds, and a broken driver may crash it.
@@ -66,7 +65,7 @@ def _extras() -> dict[str, str]:
 
 
 def _accelerators() -> dict[str, str]:
-    from tissue_sim.rendering.renderer_probe import renderer_kind
+    from tissue_sim.rendering.renderer import renderer_kind
 
     return {
         "renderer": _RENDERERS[renderer_kind()],

@@ -12,9 +12,17 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 from tyro.conf import arg
 
-from planner.learning.atomic_write import write_atomic
+from planner.learning.files import write_atomic
 from scenarios.catalogue import SENSE_OF
-from scenarios.commands.options.arguments import (
+from scenarios.commands.cluster_option import require_cluster
+from scenarios.commands.folder_options import claimed, require_kernel_cache, require_writable_folder
+from scenarios.commands.policy_options import (
+    require_cameras,
+    require_perception,
+    require_policies,
+    say_who_acts,
+)
+from scenarios.commands.typed_options import (
     MOST_SEED,
     MOST_WORKERS,
     at_least,
@@ -22,28 +30,16 @@ from scenarios.commands.options.arguments import (
     some_arms,
     some_of,
 )
-from scenarios.commands.options.cluster_option import require_cluster
-from scenarios.commands.options.kernel_cache import require_kernel_cache
-from scenarios.commands.options.output_path import claimed, require_writable_folder
-from scenarios.commands.options.policy_option import (
-    require_perception,
-    require_policies,
-    say_who_acts,
-)
-from scenarios.commands.options.renderer_option import require_cameras
-from scenarios.commands.output import output
 from scenarios.evaluation.arm import StudyArm, arm_from_text, require_distinct
-from scenarios.files.errors import BadInputError
-from scenarios.files.exit_codes import ERROR, FAILED, INTERRUPTED
-from scenarios.files.names import RESULTS
-from scenarios.files.outside_text import Terminal
+from scenarios.files.errors import ERROR, FAILED, INTERRUPTED, BadInputError
+from scenarios.files.outside_text import Terminal, output
 from scenarios.files.strict_json import dumps, plain
-from scenarios.files.sums import SUMS, read_sums
+from scenarios.files.sums import RESULTS, SUMS, read_sums
 from scenarios.loop.episode_config import EpisodeConfig
-from scenarios.loop.progress import ProgressDisplay
+from scenarios.loop.observer import ProgressDisplay
 from scenarios.suites import SUITE_NAMES, suite_of
 from scenarios.workers.pool import run_side_by_side
-from scenarios.workers.stop_signals import counting
+from scenarios.workers.process import counting
 
 if TYPE_CHECKING:  # heavy to import
     from scenarios.evaluation.case import Case, Ended

@@ -15,13 +15,10 @@ from rich.progress import track
 from tyro.conf import Positional, arg
 
 from scenarios.commands.browser import LOCAL
-from scenarios.commands.options.arguments import MOST_WORKERS, at_least
-from scenarios.commands.options.kernel_cache import require_kernel_cache
-from scenarios.commands.options.output_path import require_writable_file
-from scenarios.commands.output import output
-from scenarios.files.errors import BadInputError
-from scenarios.files.exit_codes import FAILED, INTERRUPTED
-from scenarios.files.outside_text import Terminal
+from scenarios.commands.folder_options import require_kernel_cache, require_writable_file
+from scenarios.commands.typed_options import MOST_WORKERS, at_least
+from scenarios.files.errors import FAILED, INTERRUPTED, BadInputError
+from scenarios.files.outside_text import Terminal, output
 from scenarios.recording.verify import (
     EXIT_CODES,
     Verdict,
@@ -145,10 +142,10 @@ class Replay:
         return _verdict(recording)
 
     def _export(self, page: Path) -> int:
-        from planner.learning.atomic_write import write_atomic
-        from scenarios.viewer.export import EVERY, export
+        from planner.learning.files import write_atomic
+        from scenarios.viewer.replay_page import EXPORT_EVERY, export
 
-        recording = _frames_of(self.files[0], every=EVERY)
+        recording = _frames_of(self.files[0], every=EXPORT_EVERY)
         with Terminal(stderr=True).status("drawing") as status:
             html = export(recording, lambda time_s: status.update(f"drawing: {time_s:.0f} s"))
         try:

@@ -14,28 +14,24 @@ from tyro.conf import arg
 
 from scenarios.catalogue import PEOPLE
 from scenarios.commands.browser import LOCAL, new_session, page_of
-from scenarios.commands.options.arguments import MOST_WORKERS, at_least, one_of, text_of
-from scenarios.commands.options.cluster_option import require_cluster
-from scenarios.commands.options.episode_options import EpisodeOptions
-from scenarios.commands.options.output_path import (
+from scenarios.commands.cluster_option import require_cluster
+from scenarios.commands.episode_options import EpisodeOptions
+from scenarios.commands.folder_options import (
     claimed,
     require_writable_file,
     require_writable_folder,
 )
-from scenarios.commands.options.policy_option import say_who_acts
-from scenarios.commands.options.renderer_option import require_renderer
-from scenarios.commands.output import output
+from scenarios.commands.policy_options import require_renderer, say_who_acts
+from scenarios.commands.typed_options import MOST_WORKERS, at_least, one_of, text_of
 from scenarios.demonstration.alike import require_joinable
 from scenarios.demonstration.mix import TRAINING_SEEDS
-from scenarios.files.errors import BadInputError, WorkerDiedError
-from scenarios.files.exit_codes import ERROR, FAILED, INTERRUPTED
-from scenarios.files.names import MANIFEST, RESULTS
-from scenarios.files.outside_text import Terminal
+from scenarios.files.errors import ERROR, FAILED, INTERRUPTED, BadInputError, WorkerDiedError
+from scenarios.files.outside_text import Terminal, output
 from scenarios.files.strict_json import plain
+from scenarios.files.sums import MANIFEST, RESULTS
 from scenarios.loop.episode_config import EpisodeConfig
-from scenarios.loop.observer import Observer
+from scenarios.loop.observer import Observer, ProgressDisplay
 from scenarios.loop.person.script import Timed, read_script
-from scenarios.loop.progress import ProgressDisplay
 from scenarios.loop.results import EpisodeResult, summarise, write_results
 from scenarios.recording.attempt import Attempt, attempt_and_keep, broken_off, trace_path
 from scenarios.recording.result_tables import (
@@ -52,7 +48,7 @@ from scenarios.recording.result_tables import (
 )
 from scenarios.recording.video import VideoWriter
 from scenarios.workers.pool import run_side_by_side
-from scenarios.workers.stop_signals import counting
+from scenarios.workers.process import counting
 
 if TYPE_CHECKING:
     from scenarios.demonstration.interventions import Interventions

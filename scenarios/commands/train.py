@@ -15,7 +15,8 @@ from rich.text import Text
 from tyro.conf import Positional, arg
 
 from controller.dataset.choice import Choice
-from scenarios.commands.options.arguments import (
+from scenarios.commands.folder_options import claimed, require_writable_folder
+from scenarios.commands.typed_options import (
     MOST_SEED,
     MOST_STEPS,
     MOST_WORKERS,
@@ -24,7 +25,6 @@ from scenarios.commands.options.arguments import (
     one_of,
     some_of,
 )
-from scenarios.commands.options.output_path import claimed, require_writable_folder
 from scenarios.demonstration.mix import KINDS
 from scenarios.files.errors import BadInputError
 from scenarios.files.outside_text import Terminal, visible
@@ -102,8 +102,8 @@ class Train:
         return 0
 
     def _controller(self, out: Path) -> Path:
-        from controller.diffusion.learning import training
-        from controller.diffusion.learning.demonstrations import demonstrations
+        from controller.diffusion import training
+        from controller.diffusion.demonstrations import demonstrations
 
         config, base = self._scheduled(training.PRESETS[self.preset]), None
         if self.base:

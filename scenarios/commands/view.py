@@ -9,11 +9,10 @@ from typing import Annotated
 from tyro.conf import arg
 
 from scenarios.commands.browser import LOCAL, new_session, page_of
-from scenarios.commands.options.arguments import at_least
-from scenarios.commands.options.episode_options import EpisodeOptions
-from scenarios.commands.options.output_path import claimed, require_writable_folder
-from scenarios.commands.options.policy_option import say_who_acts
-from scenarios.commands.options.renderer_option import require_renderer
+from scenarios.commands.episode_options import EpisodeOptions
+from scenarios.commands.folder_options import claimed, require_writable_folder
+from scenarios.commands.policy_options import require_renderer, say_who_acts
+from scenarios.commands.typed_options import at_least
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -18,7 +18,7 @@ from scenarios.demonstration.demonstrate import FAILED, PARTS, checkpoints_of
 from scenarios.demonstration.mix import FAILING, PlannedDemonstration
 from scenarios.demonstration.pictures import MADE_WITH
 from scenarios.files.errors import BadInputError
-from tissue_sim.version import WORLD_VERSION
+from tissue_sim.constants import WORLD_VERSION
 
 if TYPE_CHECKING:  # heavy to import
     from controller.dataset.dataset_episode import Header

@@ -12,7 +12,7 @@ from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from planner.learning.atomic_write import write_atomic
+from planner.learning.files import write_atomic
 from scenarios.catalogue import WITNESS
 from scenarios.demonstration.mix import (
     CORRECTION,
@@ -23,7 +23,7 @@ from scenarios.demonstration.mix import (
 )
 from scenarios.files.errors import describe_error
 from scenarios.loop.results import EpisodeResult
-from scenarios.workers.stop_signals import importing, saving
+from scenarios.workers.process import importing, saving
 
 if TYPE_CHECKING:  # heavy to import
     from numpy.random import Generator
@@ -192,8 +192,7 @@ def checkpoints_of(demonstration: PlannedDemonstration) -> dict[str, str]:
     Raises:
         CheckpointError, OSError: As `checkpoint_digests`.
     """
-    from scenarios.loop.episode_config import EpisodeConfig
-    from scenarios.recording.checkpoint_digests import checkpoint_digests
+    from scenarios.loop.episode_config import EpisodeConfig, checkpoint_digests
 
     if demonstration.family not in OF_THE_LEARNED:
         return {}
@@ -224,7 +223,7 @@ def _planner(
     from planner.instruction import TASKS
     from planner.scripted import PlannerScripted
     from scenarios.demonstration.interjections import PlannerInterjecting
-    from scenarios.demonstration.order import shuffled_order
+    from scenarios.demonstration.mix import shuffled_order
     from scenarios.loop.policies import make_planner
 
     if demonstration.planner:

@@ -15,7 +15,7 @@ from scenarios.demonstration.failures import FailureTracker
 from scenarios.demonstration.labels import WINDOW_STEPS, first_correction_of
 from scenarios.loop.results import EpisodeResult
 from scenarios.loop.step import Step
-from tissue_sim.periods import CONTROL_PERIOD_S
+from tissue_sim.constants import CONTROL_PERIOD_S
 from tissue_sim.sensing.observation import Observation, encoded_and_tissue
 from tissue_sim.sensing.tracked import Occluded
 from tissue_sim.world import World

@@ -10,7 +10,7 @@ import numpy as np
 
 from controller.expert.skills import among_tissue
 from controller.expert.targets import clip_pose
-from planner.criteria import structure_of
+from planner.scripted import structure_of
 from planner.task import Task
 from scenarios.catalogue import SCENARIOS
 from scenarios.loop.step import Step

@@ -9,11 +9,11 @@ from typing import ClassVar, Self
 
 from controller.dataset.part import video_path
 from scenarios.demonstration.demonstration_recorder import is_frame
-from scenarios.loop.pictures import specs_of
 from scenarios.loop.results import EpisodeResult
+from scenarios.loop.senses import specs_of
 from scenarios.loop.step import Step
 from tissue_sim.rendering.shader_pack import COLOR_PICTURE
-from tissue_sim.saving.video import Video
+from tissue_sim.rendering.video import Video
 from tissue_sim.world import World
 
 KEYFRAMES = 2  # from one to the next, as in LeRobot's own videos

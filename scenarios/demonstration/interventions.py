@@ -13,18 +13,17 @@ from controller.dataset.dataset_episode import DatasetEpisode as Demonstrated
 from controller.dataset.dataset_episode import Header
 from controller.dataset.merge import merge
 from controller.dataset.part import part_bytes
-from planner.learning.atomic_write import write_atomic
+from planner.learning.files import write_atomic
 from scenarios.catalogue import WITNESS
 from scenarios.demonstration.demonstrate import PARTS, failures_of
 from scenarios.demonstration.demonstration_recorder import DemonstrationRecorder, is_frame
 from scenarios.demonstration.mix import INTERVENTION, TRAINING_SEEDS
 from scenarios.files.strict_json import plain
 from scenarios.files.versions import versions
-from scenarios.loop.episode_config import EpisodeConfig
+from scenarios.loop.episode_config import EpisodeConfig, checkpoint_digests
 from scenarios.loop.results import EpisodeResult
 from scenarios.loop.step import Step
-from scenarios.recording.checkpoint_digests import checkpoint_digests
-from scenarios.workers.stop_signals import saving
+from scenarios.workers.process import saving
 from tissue_sim.world import World
 
 _WRITING = Lock()  # a data set is written by one thread at a time

@@ -1,4 +1,7 @@
-"""The plan of demonstrations: seed and mix determine each episode."""
+"""The plan of demonstrations: seed and mix determine each episode, and the order of its tasks.
+
+In random orders of the procedure, instructions decide which tube is next.
+"""
 
 from __future__ import annotations
 
@@ -6,6 +9,9 @@ import math
 from dataclasses import dataclass
 from itertools import islice
 
+import numpy as np
+
+from planner.instruction import TASKS, Task
 from scenarios.catalogue import SCENARIOS
 from tissue_sim.patient.variants import patient_of
 
@@ -38,6 +44,7 @@ MIXES: dict[str, tuple[str, ...]] = {  # the kinds alternate from seed to seed
     "rollouts-recovery": (ROLLOUT + FAILING,),
     "all": (NOMINAL, RECOVERY + FAILING, NOMINAL, CORRECTION),
 }
+_OF_TUBE = 8  # three clips and a cut, each followed by a retraction
 LEARNED_MIXES = tuple(m for m, kinds in MIXES.items() if kinds[0].rstrip(FAILING) in OF_THE_LEARNED)
 
 
@@ -55,7 +62,7 @@ class PlannedDemonstration:
             alone; "" is the one that comes with Calot.
         planner: Checkpoint of the learned planner; "" for the scripted planner.
         sense: A key of `scenarios.catalogue.SENSES`.
-        cameras: Names of cameras (`tissue_sim.sensing.pictures.camera_names`); () films nothing.
+        cameras: Names of cameras (`tissue_sim.sensing.glance`); () films nothing.
     """
 
     seed: int
@@ -137,3 +144,17 @@ def _is_asked_for(demonstration: PlannedDemonstration, artery_below_m: float) ->
     variant = SCENARIOS[demonstration.scenario].variant
     anatomy = patient_of(demonstration.seed, variant)
     return anatomy.artery_length_m < artery_below_m and why_call(anatomy) is None
+
+
+def shuffled_order(rng: np.random.Generator) -> tuple[Task, ...]:
+    """Draw an order: grab first; each tube's clips and cut keep their order, the tubes mix.
+
+    The last task is the last of the usual order.
+    """
+    left, right = list(TASKS[1 : 1 + _OF_TUBE]), list(TASKS[1 + _OF_TUBE :])
+    order = [TASKS[0]]
+    while left or right:
+        of_tube = left if not right or (left and rng.random() < 0.5) else right
+        order += of_tube[:2]
+        del of_tube[:2]
+    return (*order, TASKS[-1])

@@ -12,11 +12,11 @@ from dataclasses import replace
 import numpy as np
 
 from controller.action import ToolAction
-from controller.minimum_jerk import progress
+from controller.expert.motion import progress
 from scenarios.perturbation.effect import Effect
 from scenarios.perturbation.perturbation import Perturbation
+from tissue_sim.constants import CONTROL_PERIOD_S
 from tissue_sim.frames import Array, exponential, rotation_from_6d, rotation_to_6d, unit
-from tissue_sim.periods import CONTROL_PERIOD_S
 from tissue_sim.tools.arms import LEFT_ARM, RIGHT_ARM
 from tissue_sim.world import World
 

@@ -20,7 +20,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from planner.learning.atomic_write import write_atomic
+from planner.learning.files import write_atomic
 from scenarios.demonstration.demonstrate import (
     DemonstrationOutcome,
     begun,
@@ -39,9 +39,9 @@ from scenarios.demonstration.mix import (
     TRAINING_SEEDS,
     PlannedDemonstration,
 )
+from tissue_sim.constants import WORLD_VERSION
 from tissue_sim.outcome.room import why_call
 from tissue_sim.patient.anatomy import Anatomy, anatomy_from_seed
-from tissue_sim.version import WORLD_VERSION
 
 if TYPE_CHECKING:  # heavy to import
     from tissue_sim.sensing.observation import Observation
@@ -172,10 +172,10 @@ def labelled_frame(world: World, exact: Observation, rng: np.random.Generator) -
     """
     from tissue_sim.frames import transform
     from tissue_sim.rendering.shader_pack import COLOR_PICTURE, POSITION_PICTURE
+    from tissue_sim.sensing.cameras import T_world_camera
+    from tissue_sim.sensing.eyes import CLOSE, VIEWS
     from tissue_sim.sensing.observation import TUBE_POINTS
-    from tissue_sim.sensing.pictures.cameras import T_world_camera
-    from tissue_sim.sensing.pictures.eyes import CLOSE, VIEWS
-    from tissue_sim.sensing.pictures.shown import project, shown_points, visible
+    from tissue_sim.sensing.picture_points import project, shown_points, visible
 
     assert world.view is not None, "a labelled frame needs a world with cameras"
     middle_m = np.concatenate([exact.left_tube_m, exact.right_tube_m]).mean(axis=0)

@@ -19,8 +19,8 @@ from planner.scripted import PlannerScripted
 from scenarios.demonstration.demonstration_recorder import PAUSE_STEPS, DemonstrationRecorder
 from scenarios.demonstration.labels import WINDOW_STEPS, first_correction_of
 from scenarios.loop.step import Step
+from tissue_sim.constants import CONTROL_PERIOD_S
 from tissue_sim.frames import Array
-from tissue_sim.periods import CONTROL_PERIOD_S
 from tissue_sim.sensing.observation import Observation
 from tissue_sim.world import World
 

@@ -11,7 +11,7 @@ import numpy as np
 from controller.action import Chunk
 from controller.base import Controller
 from planner.instruction import Instruction, Task
-from tissue_sim.periods import CONTROL_PERIOD_S
+from tissue_sim.constants import CONTROL_PERIOD_S
 from tissue_sim.sensing.observation import Observation
 
 LEARNER_S, EXPERT_S = (1.0, 6.0), (1.0, 3.0)  # length of a turn, assumed

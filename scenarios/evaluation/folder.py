@@ -9,25 +9,22 @@ from typing import Any, Literal
 
 from msgspec import Struct, convert
 
-from planner.learning.atomic_write import write_atomic
-from planner.learning.strict_text import from_json
+from planner.learning.files import from_json, write_atomic
 from scenarios.evaluation.arm import StudyArm
 from scenarios.evaluation.case import Case
 from scenarios.evaluation.outside import outside
 from scenarios.evaluation.plan import Plan
 from scenarios.files.errors import BadInputError
-from scenarios.files.names import MANIFEST, RESULTS
 from scenarios.files.strict_json import dumps, plain
-from scenarios.files.sums import SUMS, add_sum, digest_of, read_sums
+from scenarios.files.sums import MANIFEST, RESULTS, SUMS, add_sum, digest_of, read_sums
 from scenarios.files.versions import source_digest, versions
-from scenarios.loop.episode_config import EpisodeConfig
+from scenarios.loop.episode_config import EpisodeConfig, checkpoint_digests
 from scenarios.loop.results import EpisodeResult, episode_from
 from scenarios.perturbation.effects import Effects
-from scenarios.recording.checkpoint_digests import checkpoint_digests
 from scenarios.recording.recorder import Recording, load
 from scenarios.recording.schema import SCHEMA_VERSION
 from scenarios.run_episode import anatomy_of
-from tissue_sim.version import WORLD_VERSION
+from tissue_sim.constants import WORLD_VERSION
 
 SCHEMA = 1
 

@@ -21,7 +21,7 @@ def outside(arm: StudyArm) -> dict[str, str]:
     """
     found = {f"{role} code": _digest(name) for role, name in arm.outside.items()}
     if policy_named(arm.planner).endpoint:
-        from planner.chat.endpoint import endpoint_from_environment
+        from planner.chat_endpoint import endpoint_from_environment
 
         found["language model"] = endpoint_from_environment().model
     return found

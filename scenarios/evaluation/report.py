@@ -11,14 +11,14 @@ from typing import Any
 from scenarios.evaluation.arm import StudyArm
 from scenarios.evaluation.audit import AuditLine, audit
 from scenarios.evaluation.case import Case
+from scenarios.evaluation.comparison import ArmComparison, compare
+from scenarios.evaluation.detection import Detection, detection
+from scenarios.evaluation.figures import Figures, TaskFigures, figures, task_figures
 from scenarios.evaluation.plan import HOLDS, Plan, Results
 from scenarios.evaluation.published import TASKS
-from scenarios.evaluation.statistics.comparison import ArmComparison, compare
-from scenarios.evaluation.statistics.detection import Detection, detection
-from scenarios.evaluation.statistics.figures import Figures, TaskFigures, figures, task_figures
-from scenarios.evaluation.statistics.sensed import SensedFigures, sensed_figures
-from scenarios.evaluation.statistics.sensitivity import ThresholdSensitivity, sensitivity
-from scenarios.evaluation.statistics.strata import Strata, strata
+from scenarios.evaluation.sensed import SensedFigures, sensed_figures
+from scenarios.evaluation.sensitivity import ThresholdSensitivity, sensitivity
+from scenarios.evaluation.strata import Strata, strata
 from scenarios.loop.results import EpisodeResult, SafetyResult, Summary, summarise
 from scenarios.recording.reasons import in_detail, reason
 from scenarios.suites import Condition, Ladder, Suite

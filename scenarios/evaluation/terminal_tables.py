@@ -7,7 +7,7 @@ from collections.abc import Iterator, Sequence
 from rich.table import Table
 
 from scenarios.evaluation.report import Climb, Report, SuiteReport
-from scenarios.evaluation.statistics.strata import NAMES
+from scenarios.evaluation.strata import NAMES
 from scenarios.evaluation.words import (
     NOTHING,
     SENSED,

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from scenarios.evaluation.report import Climb
-from scenarios.evaluation.statistics.sensed import SensedFigures
+from scenarios.evaluation.sensed import SensedFigures
 from scenarios.loop.results import Summary
 
 NOTHING = "–"

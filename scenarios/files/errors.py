@@ -1,7 +1,23 @@
-"""Errors around an episode, and their descriptions in one line."""
+"""How a command ends: errors in one line, exit codes, and readers that close the pipe.
 
+Most modules import this one, so it is light.
+"""
+
+import os
+import sys
 import traceback
+from collections.abc import Callable
+from functools import wraps
 from pathlib import Path
+from typing import IO, ParamSpec
+
+P = ParamSpec("P")
+
+# exit codes; 0 is success
+FAILED = 1  # an episode failed, a pass rate is too low, or a replay differs
+BAD_INPUT = 2  # or a full disk
+ERROR = 3  # an episode broke off, or the program did
+INTERRUPTED = 130  # as after Ctrl-C in a shell
 
 
 class BadInputError(ValueError):
@@ -22,3 +38,47 @@ def describe_with_place(error: BaseException) -> str:
     frames = traceback.extract_tb(error.__traceback__)
     place = f" ({Path(frames[-1].filename).name}:{frames[-1].lineno})" if frames else ""
     return describe_error(error) + place
+
+
+# A reader closes the pipe, as in `calot run | head -1`
+
+
+def outlives_its_readers(main: Callable[P, int]) -> Callable[P, int]:
+    """Let a command end with its own exit code, and without a message, if no reader is left."""
+
+    @wraps(main)
+    def to_its_end(*args: P.args, **kwargs: P.kwargs) -> int:
+        try:
+            return main(*args, **kwargs)
+        except BrokenPipeError:
+            return ERROR
+        finally:
+            for stream in (sys.stdout, sys.stderr):
+                _flush(stream)
+
+    return to_its_end
+
+
+def say(line: str, stream: IO[str]) -> None:
+    """Print a line; if no reader is left, drop it."""
+    try:
+        print(line, file=stream, flush=True)
+    except BrokenPipeError:
+        silence(stream)
+
+
+def _flush(stream: IO[str] | None) -> None:
+    """Flush the stream now: at Python's own end a failure would become exit code 120."""
+    try:
+        if stream is not None:
+            stream.flush()
+    except BrokenPipeError:
+        silence(stream)
+
+
+def silence(stream: IO[str] | None) -> None:
+    """Discard all further output of a stream."""
+    if stream is not None:
+        nowhere = os.open(os.devnull, os.O_WRONLY)
+        os.dup2(nowhere, stream.fileno())
+        os.close(nowhere)

@@ -2,10 +2,12 @@
 
 A terminal obeys escape sequences, rich obeys `[markup]`, a browser obeys tags, and both reverse
 text at right-to-left marks. Every console of Calot is a `Terminal`, every page uses `in_html`.
+Reports are printed on `output()`.
 """
 
 from __future__ import annotations
 
+import os
 from html import escape
 from typing import Any
 from unicodedata import category
@@ -13,7 +15,7 @@ from unicodedata import category
 from rich.console import Console
 from rich.text import Text
 
-from scenarios.files.closed_pipe import silence
+from scenarios.files.errors import silence
 
 
 def visible(text: str) -> str:
@@ -48,3 +50,14 @@ class Terminal(Console):
 def _shown(letter: str) -> str:
     is_text = letter.isprintable() or letter in "\n\t" or category(letter) == "Zs"
     return letter if is_text else letter.encode("unicode_escape").decode()
+
+
+WIDE = 200  # columns
+
+
+def output() -> Terminal:
+    """Return standard output; if it is a file or a pipe, tables are 200 columns wide."""
+    console = Terminal()
+    if console.is_terminal or "COLUMNS" in os.environ:
+        return console
+    return Terminal(width=WIDE)

@@ -1,4 +1,7 @@
-"""SHA-256 of files, and a folder's list of them in the form that `sha256sum --check` reads."""
+"""Identify a folder by the names of its files, and its files by SHA-256.
+
+The list of SHA-256 has the form that `sha256sum --check` reads.
+"""
 
 from __future__ import annotations
 
@@ -7,6 +10,8 @@ from functools import cache
 from hashlib import sha256
 from pathlib import Path
 
+RESULTS = "results.json"  # of `calot run` and of `calot evaluate`
+MANIFEST = "evaluation.json"  # of `calot evaluate` only
 SUMS = "SHA256SUMS"
 LINE = re.compile(r"([0-9a-f]{64})  (\S.*)")
 MOST_BYTES = 200_000_000

@@ -7,9 +7,8 @@ from collections.abc import Sequence
 import numpy as np
 
 from controller.perception.perception import Perception, load_perception
-from tissue_sim.sensing.observation import Observation
-from tissue_sim.sensing.pictures.cameras import CameraSpec
-from tissue_sim.sensing.pictures.eyes import (
+from tissue_sim.sensing.cameras import CameraSpec
+from tissue_sim.sensing.eyes import (
     ENDOSCOPE_VIEWS,
     USUAL,
     VIEWS,
@@ -17,8 +16,8 @@ from tissue_sim.sensing.pictures.eyes import (
     Spoil,
     as_it_is,
 )
-from tissue_sim.sensing.sense import SenseSetup
-from tissue_sim.sensing.sensor_model import SensorModel
+from tissue_sim.sensing.observation import Observation
+from tissue_sim.sensing.sensor_model import SenseSetup, SensorModel
 from tissue_sim.world import World
 
 

@@ -1,9 +1,12 @@
-"""Who acts in an episode, and its whole configuration."""
+"""Who acts in an episode, its whole configuration, and the digests of its checkpoints."""
 
 import math
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, fields, replace
+from hashlib import sha256
+from importlib import import_module
 from numbers import Integral, Real
+from pathlib import Path
 from typing import Any
 
 from scenarios.catalogue import (
@@ -17,9 +20,10 @@ from scenarios.catalogue import (
     PolicyEntry,
     SenseEntry,
     learned,
+    policy_named,
 )
 from scenarios.perturbation.perturbation import Perturbation
-from tissue_sim.sensing.pictures.camera_names import CAMERA_NAMES
+from tissue_sim.sensing.glance import CAMERA_NAMES
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -38,7 +42,7 @@ class Stack:
         safety_filter: Whether commands pass through the safety filter.
         ablation: A key of `scenarios.catalogue.ABLATIONS`; None for no ablation.
         person: A key of `scenarios.catalogue.PEOPLE`, who watches and corrects; None for nobody.
-        cameras: Names (`tissue_sim.sensing.pictures.camera_names`) of the cameras whose pictures
+        cameras: Names (`tissue_sim.sensing.glance`) of the cameras whose pictures
             the controller gets besides.
 
     Raises:
@@ -166,3 +170,26 @@ def _require_learned(
     able = learned(known)
     if checkpoint is not None and name not in able and ":" not in name:
         raise ValueError(f"{role} {name!r} takes no checkpoint; these do: {', '.join(able)}")
+
+
+def checkpoint_digests(config: EpisodeConfig) -> dict[str, str]:
+    """Return the SHA-256 of each checkpoint used, by `controller`, `planner` and `perception`.
+
+    Raises:
+        CheckpointError: No checkpoint is named, and none is shipped.
+        OSError: A checkpoint cannot be read.
+    """
+    files: dict[str, str | Path | None] = {
+        "controller": config.checkpoint,
+        "planner": config.planner_checkpoint,
+        "perception": config.perception_checkpoint,
+    }
+    modules = {
+        "controller": policy_named(config.controller).checkpoint,
+        "planner": policy_named(config.planner).checkpoint,
+        "perception": SENSES[config.sense].checkpoint if config.sense in SENSES else None,
+    }
+    for role, module in modules.items():
+        if module is not None:
+            files[role] = import_module(module).CHECKPOINTS.chosen(files[role])
+    return {role: sha256(Path(f).read_bytes()).hexdigest() for role, f in files.items() if f}

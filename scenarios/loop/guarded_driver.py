@@ -12,7 +12,7 @@ from controller.safety.filter import SafetyFilter
 from controller.safety.filter_sense import registration_of
 from controller.safety.ledger import Entry, Ledger
 from planner.instruction import Instruction
-from scenarios.loop.metrics.stage_clock import StageClock
+from scenarios.loop.wall_time import StageClock
 from tissue_sim.frames import Array
 from tissue_sim.sensing.observation import Observation
 from tissue_sim.tools.arms import JointCommand

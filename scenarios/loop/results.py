@@ -1,5 +1,6 @@
-"""The result of an episode, and the file results.json."""
+"""The result of an episode, the pass rate of several with its interval, and results.json."""
 
+import math
 from collections import Counter
 from collections.abc import Mapping, Sequence
 from contextlib import suppress
@@ -10,12 +11,11 @@ from typing import Any, Literal
 import msgspec
 
 from controller.safety.ledger import Entry
-from planner.learning.atomic_write import write_atomic
+from planner.learning.files import write_atomic
 from planner.rules.rule_use import RuleUse
 from scenarios.files.strict_json import dumps
 from scenarios.files.sums import digest_of
 from scenarios.files.versions import versions
-from scenarios.files.wilson import wilson_interval
 
 Outcome = Literal["passed", "failed", "called", "error"]
 
@@ -316,3 +316,27 @@ def episode_from(entry: dict[str, Any]) -> EpisodeResult:
         ValueError: A field is missing or of another type.
     """
     return msgspec.convert(entry, EpisodeResult)
+
+
+def wilson_interval(passed: int, n: int, z: float = 1.96) -> tuple[float, float]:
+    """Return the score interval of Wilson (1927, J. Am. Stat. Assoc. 22:209-212, eq. 2).
+
+    Its ends are the two rates p that solve (passed/n - p)^2 = z^2 p (1 - p) / n.
+
+    Args:
+        passed: Number of successes, 0 to n.
+        n: Number of trials; for 0 the interval is (0, 1).
+        z: Normal quantile; 1.96 for 95 %.
+
+    Raises:
+        ValueError: `passed` is not within 0 and n.
+    """
+    if not 0 <= passed <= n:
+        raise ValueError(f"passed must be 0 to n = {n}, got {passed}")
+    if n == 0:
+        return 0.0, 1.0
+    rate, z2 = passed / n, z * z
+    centre = rate + z2 / (2 * n)
+    half_width = z * math.sqrt(rate * (1 - rate) / n + z2 / (4 * n * n))
+    scale = 1 + z2 / n
+    return max(0.0, (centre - half_width) / scale), min(1.0, (centre + half_width) / scale)

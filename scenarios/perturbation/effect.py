@@ -1,7 +1,8 @@
-"""The base class of a perturbation's effect on an episode."""
+"""The base classes of a perturbation's effect on an episode."""
 
 from __future__ import annotations
 
+from abc import ABC, abstractmethod
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
@@ -17,6 +18,8 @@ from tissue_sim.sensing.sensor_model import SensorModel
 
 if TYPE_CHECKING:
     from tissue_sim.world import World
+
+EARLIEST_S, LATEST_S = 5.0, 60.0  # assumed; a quick procedure is over before the latest
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -95,3 +98,19 @@ class Effect:
         """Record the onset."""
         p = self._perturbation
         self.applied.append(Applied(name=p.name, time_s=time_s, magnitude=p.magnitude, unit=p.unit))
+
+
+class Once(Effect, ABC):
+    """Changes the world once, in one control step, some time after the start."""
+
+    def drawn_onset(self, rng: np.random.Generator) -> Onset:
+        return AtTime(time_s=float(rng.uniform(EARLIEST_S, LATEST_S)))
+
+    def before_step(self, world: World, task: Task) -> None:
+        if not self.applied and self.due(world, task):
+            self.note(world.record.time_s)
+            self.change(world)
+
+    @abstractmethod
+    def change(self, world: World) -> None:
+        """Change the world."""

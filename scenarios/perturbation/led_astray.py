@@ -12,7 +12,7 @@ from typing import ClassVar
 import numpy as np
 
 from controller.action import ToolAction, hold
-from controller.expert.motion import JAW_SPEED_RAD_S, before
+from controller.expert.motion import JAW_SPEED_RAD_S, before, between, minimum_jerk
 from controller.expert.skills import GRASP_PINCH_N, GRASP_SHUT_RAD
 from controller.expert.targets import (
     CLEARANCE_M,
@@ -22,14 +22,13 @@ from controller.expert.targets import (
     grasp_pose,
     opening_rad,
 )
-from controller.minimum_jerk import between, minimum_jerk
-from planner.criteria import structure_of
+from planner.scripted import structure_of
 from planner.task import Task
 from scenarios.perturbation.effect import Effect
 from scenarios.perturbation.perturbation import AtTask, Onset, Perturbation
+from tissue_sim.constants import CONTROL_PERIOD_S
 from tissue_sim.frames import Array, rotation_to_6d, unit
 from tissue_sim.patient.organ import TUBES
-from tissue_sim.periods import CONTROL_PERIOD_S
 from tissue_sim.surgery.abuses import crushed
 from tissue_sim.surgery.grasp import LEFT_FINGERS, pinch_n
 from tissue_sim.tools.arms import LEFT_ARM, RIGHT_ARM

@@ -7,11 +7,9 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from planner.task import Task
-from scenarios.perturbation.effect import Effect
-from scenarios.perturbation.once import Once
+from scenarios.perturbation.effect import Effect, Once
 from scenarios.perturbation.perturbation import AtTime, Perturbation
-from tissue_sim.frames import Array
-from tissue_sim.patient.axes import RIGHT
+from tissue_sim.frames import RIGHT, Array
 
 if TYPE_CHECKING:
     from tissue_sim.world import World
@@ -43,7 +41,7 @@ MANUAL: dict[str, Perturbation] = {
         Perturbation(
             name="shift the camera",
             description="the endoscope is bumped aside",
-            effect=f"{_EFFECTS}.camera_shift:CameraShift",
+            effect=f"{_EFFECTS}.picture:CameraShift",
             magnitude=0.006,
             most=0.02,
             unit="m",

@@ -65,7 +65,7 @@ PERTURBATIONS: tuple[Perturbation, ...] = (
     Perturbation(
         name="breathing",
         description="the body moves to and fro under the instruments",
-        effect=f"{HERE}.breathing:Breathing",
+        effect=f"{HERE}.body:Breathing",
         magnitude=0.002,
         most=0.020,
         unit="m of amplitude",
@@ -73,7 +73,7 @@ PERTURBATIONS: tuple[Perturbation, ...] = (
     Perturbation(
         name="camera-shift",
         description="the endoscope is moved in the course of the operation",
-        effect=f"{HERE}.camera_shift:CameraShift",
+        effect=f"{HERE}.picture:CameraShift",
         magnitude=0.005,
         most=0.030,
         unit="m",
@@ -81,7 +81,7 @@ PERTURBATIONS: tuple[Perturbation, ...] = (
     Perturbation(
         name="camera-turn",
         description="the endoscope is turned in the course of the operation",
-        effect=f"{HERE}.camera_shift:CameraTurn",
+        effect=f"{HERE}.picture:CameraTurn",
         magnitude=0.1,
         most=0.5,
         unit="rad",
@@ -89,7 +89,7 @@ PERTURBATIONS: tuple[Perturbation, ...] = (
     Perturbation(
         name="latency",
         description="actions reach the robot late",
-        effect=f"{HERE}.latency:Latency",
+        effect=f"{HERE}.signals:Latency",
         magnitude=5,
         most=60,
         unit="control steps of 1/30 s",
@@ -98,7 +98,7 @@ PERTURBATIONS: tuple[Perturbation, ...] = (
     Perturbation(
         name="stiff-tissue",
         description="tissue stiffer than in any training patient",
-        effect=f"{HERE}.out_of_range:StiffTissue",
+        effect=f"{HERE}.body:StiffTissue",
         magnitude=0.5,
         most=1.0,
         unit="share of the way to the stiffest possible",
@@ -106,7 +106,7 @@ PERTURBATIONS: tuple[Perturbation, ...] = (
     Perturbation(
         name="soft-tissue",
         description="tissue softer than in any training patient",
-        effect=f"{HERE}.out_of_range:SoftTissue",
+        effect=f"{HERE}.body:SoftTissue",
         magnitude=0.5,
         most=1.0,
         unit="share of the way to the softest possible",
@@ -114,7 +114,7 @@ PERTURBATIONS: tuple[Perturbation, ...] = (
     Perturbation(
         name="wide-tubes",
         description="duct and artery wider than in any textbook patient",
-        effect=f"{HERE}.out_of_range:WideTubes",
+        effect=f"{HERE}.body:WideTubes",
         magnitude=0.7,
         most=1.0,
         unit="share of the way to the widest possible",
@@ -122,7 +122,7 @@ PERTURBATIONS: tuple[Perturbation, ...] = (
     Perturbation(
         name="short-tubes",
         description="a textbook patient's duct and artery, shortened",
-        effect=f"{HERE}.out_of_range:ShortTubes",
+        effect=f"{HERE}.body:ShortTubes",
         magnitude=0.3,
         most=1.0,
         unit="share of the way to the shortest possible",
@@ -130,7 +130,7 @@ PERTURBATIONS: tuple[Perturbation, ...] = (
     Perturbation(
         name="large-gallbladder",
         description="a textbook patient's gallbladder, enlarged",
-        effect=f"{HERE}.out_of_range:LargeGallbladder",
+        effect=f"{HERE}.body:LargeGallbladder",
         magnitude=0.4,
         most=1.0,
         unit="share of the way to the largest possible",
@@ -138,7 +138,7 @@ PERTURBATIONS: tuple[Perturbation, ...] = (
     Perturbation(
         name="dye",
         description="red liquid covers part of the tissue",
-        effect=f"{HERE}.dye:Dye",
+        effect=f"{HERE}.picture:Dye",
         magnitude=0.3,
         most=1.0,
         unit="share of the tissue's surface",
@@ -149,7 +149,7 @@ SENSING: tuple[Perturbation, ...] = (
     Perturbation(
         name="point-jitter",
         description="points flicker: each look has other errors",
-        effect=f"{HERE}.sensing:SensorError",
+        effect=f"{HERE}.signals:SensorError",
         magnitude=0.0005,
         most=0.001,
         unit="m, standard deviation",
@@ -157,7 +157,7 @@ SENSING: tuple[Perturbation, ...] = (
     Perturbation(
         name="point-bias",
         description="all points are shifted together, for the whole episode",
-        effect=f"{HERE}.sensing:SensorError",
+        effect=f"{HERE}.signals:SensorError",
         magnitude=0.001,
         most=0.003,
         unit="m, standard deviation",
@@ -165,7 +165,7 @@ SENSING: tuple[Perturbation, ...] = (
     Perturbation(
         name="point-dropout",
         description="points that are in sight are not found",
-        effect=f"{HERE}.sensing:SensorError",
+        effect=f"{HERE}.signals:SensorError",
         magnitude=0.25,
         most=0.5,
         unit="share of looks",
@@ -173,7 +173,7 @@ SENSING: tuple[Perturbation, ...] = (
     Perturbation(
         name="sensing-delay",
         description="looks arrive late",
-        effect=f"{HERE}.sensing:SensorError",
+        effect=f"{HERE}.signals:SensorError",
         magnitude=0.15,
         most=0.3,
         unit="s",
@@ -181,7 +181,7 @@ SENSING: tuple[Perturbation, ...] = (
     Perturbation(
         name="hand-eye",
         description="the arms' places relative to the endoscope are wrong",
-        effect=f"{HERE}.sensing:SensorError",
+        effect=f"{HERE}.signals:SensorError",
         magnitude=0.001,
         most=0.003,
         unit="m, standard deviation",
@@ -193,7 +193,7 @@ PICTURES: tuple[Perturbation, ...] = (
     Perturbation(
         name="smoke",
         description="smoke before all cameras",
-        effect=f"{HERE}.picture_faults:Smoke",
+        effect=f"{HERE}.picture:Smoke",
         magnitude=0.3,
         most=0.8,
         unit="share of the light",
@@ -201,7 +201,7 @@ PICTURES: tuple[Perturbation, ...] = (
     Perturbation(
         name="lens-blood",
         description="blood on all lenses",
-        effect=f"{HERE}.picture_faults:LensBlood",
+        effect=f"{HERE}.picture:LensBlood",
         magnitude=0.15,
         most=0.5,
         unit="share of the picture",
@@ -209,7 +209,7 @@ PICTURES: tuple[Perturbation, ...] = (
     Perturbation(
         name="dim-light",
         description="all lamps shine weakly",
-        effect=f"{HERE}.picture_faults:DimLight",
+        effect=f"{HERE}.picture:DimLight",
         magnitude=0.5,
         most=0.9,
         unit="share of the light lost",
@@ -217,7 +217,7 @@ PICTURES: tuple[Perturbation, ...] = (
     Perturbation(
         name="wrist-blind",
         description="the wrists' cameras are off, first the right one",
-        effect=f"{HERE}.picture_faults:WristBlind",
+        effect=f"{HERE}.picture:WristBlind",
         magnitude=1,
         most=2,
         unit="cameras",

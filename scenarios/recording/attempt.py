@@ -12,13 +12,13 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from planner.learning.atomic_write import write_atomic
+from planner.learning.files import write_atomic
 from scenarios.files.errors import describe_error
 from scenarios.loop.episode_config import EpisodeConfig
 from scenarios.loop.observer import Observer
 from scenarios.loop.results import EpisodeResult
 from scenarios.recording.recorder import Recorder
-from scenarios.workers.stop_signals import importing
+from scenarios.workers.process import importing
 
 if TYPE_CHECKING:
     from scenarios.loop.person.inbox import Inbox

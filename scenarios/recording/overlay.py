@@ -7,8 +7,8 @@ from numpy.typing import NDArray
 from PIL import Image, ImageDraw
 
 from tissue_sim.frames import Array
+from tissue_sim.sensing.cameras import CAMERAS
 from tissue_sim.sensing.observation import MAX_CLIPS, POINTS, Observation
-from tissue_sim.sensing.pictures.cameras import CAMERAS
 
 SEEN, HIDDEN, CLIP = (70, 210, 255), (255, 150, 40), (255, 255, 90)
 ELLIPSE_95 = 2.448  # standard deviations within which 95 % lie in a picture

@@ -11,15 +11,12 @@ from zipfile import is_zipfile
 import numpy as np
 
 from controller.safety.ledger import Ledger
-from planner.learning.atomic_write import write_atomic
-from planner.learning.npz import content_hash, read_npz
-from planner.learning.strict_text import from_json
+from planner.learning.files import content_hash, from_json, read_npz, write_atomic
 from scenarios.files.errors import describe_error
 from scenarios.files.strict_json import dumps, plain
 from scenarios.files.versions import versions
-from scenarios.loop.episode_config import EpisodeConfig
+from scenarios.loop.episode_config import EpisodeConfig, checkpoint_digests
 from scenarios.loop.results import EpisodeResult
-from scenarios.recording.checkpoint_digests import checkpoint_digests
 from scenarios.recording.schema import (
     MAX_BYTES,
     NOTES,
@@ -32,8 +29,8 @@ from scenarios.recording.schema import (
     require_header,
     require_steps,
 )
-from scenarios.workers.stop_signals import saving
-from tissue_sim.version import WORLD_VERSION
+from scenarios.workers.process import saving
+from tissue_sim.constants import WORLD_VERSION
 
 HEADER, HASH = "header", "sha256"  # in the file, besides the arrays of the steps
 

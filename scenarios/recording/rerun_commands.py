@@ -13,8 +13,8 @@ from typing import Any
 
 import msgspec
 
-from planner.criteria import is_needed, structure_of
 from planner.instruction import TASKS
+from planner.scripted import is_needed, structure_of
 from scenarios.files.errors import describe_error
 from scenarios.files.strict_json import plain
 from scenarios.loop.episode_config import EpisodeConfig

@@ -9,22 +9,21 @@ from typing import Any
 
 import numpy as np
 
-from planner.chat.endpoint import endpoint_from_environment
+from planner.chat_endpoint import endpoint_from_environment
 from planner.command import COMMANDS
 from scenarios.catalogue import policy_named
 from scenarios.files.errors import describe_error
-from scenarios.loop.episode_config import EpisodeConfig
+from scenarios.loop.episode_config import EpisodeConfig, checkpoint_digests
 from scenarios.loop.person.guided_arm import GuidedArm
 from scenarios.loop.person.inbox import Inbox
 from scenarios.loop.policies import require_factory
 from scenarios.loop.results import EpisodeResult
 from scenarios.perturbation.manual import MANUAL
 from scenarios.recording.attempt import attempt_episode
-from scenarios.recording.checkpoint_digests import checkpoint_digests
 from scenarios.recording.recorder import Recording, load
 from scenarios.recording.rerun_commands import config_of
 from scenarios.recording.schema import NOTES
-from tissue_sim.version import WORLD_VERSION
+from tissue_sim.constants import WORLD_VERSION
 from tissue_sim.world import World
 
 INTERRUPTIONS = ("KeyboardInterrupt", "Restart")

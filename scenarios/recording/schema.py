@@ -21,7 +21,7 @@ from planner.instruction import TASKS, Source
 from scenarios.loop.episode_config import EpisodeConfig
 from scenarios.loop.results import EpisodeResult, episode_from
 from scenarios.perturbation.manual import MANUAL
-from tissue_sim.periods import CONTROL_HZ
+from tissue_sim.constants import CONTROL_HZ
 
 SCHEMA_VERSION = 8
 READABLE = (7, SCHEMA_VERSION)  # 7 has no content hash,

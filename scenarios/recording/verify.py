@@ -13,8 +13,7 @@ from uuid import uuid4
 
 from rich.table import Table
 
-from scenarios.files.errors import WorkerDiedError
-from scenarios.files.exit_codes import BAD_INPUT, ERROR, FAILED
+from scenarios.files.errors import BAD_INPUT, ERROR, FAILED, WorkerDiedError
 from scenarios.files.versions import versions
 
 Outcome = Literal["identical", "differs", "refused", "error"]

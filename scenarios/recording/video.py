@@ -7,8 +7,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, ClassVar, Self
 
 from scenarios.loop.results import EpisodeResult
-from tissue_sim.periods import CONTROL_HZ
-from tissue_sim.saving.video import Video
+from tissue_sim.constants import CONTROL_HZ
+from tissue_sim.rendering.video import Video
 
 if TYPE_CHECKING:  # heavy to import
     from scenarios.recording.event_log import EventLog

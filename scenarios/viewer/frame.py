@@ -15,11 +15,11 @@ from tissue_sim.frames import Array, transform
 from tissue_sim.patient.anatomy import Anatomy
 from tissue_sim.patient.mesher import Indices
 from tissue_sim.patient.organ import Organ
-from tissue_sim.rendering.drawn.drawing import Surface
-from tissue_sim.rendering.drawn.drawn_clips import T_world_legs
-from tissue_sim.rendering.drawn.drawn_leaks import leak_surfaces
-from tissue_sim.rendering.drawn.drawn_strands import holding
-from tissue_sim.rendering.drawn.drawn_tissue import alive_tets
+from tissue_sim.rendering.drawing import Surface
+from tissue_sim.rendering.drawn_clips import T_world_legs
+from tissue_sim.rendering.drawn_leaks import leak_surfaces
+from tissue_sim.rendering.drawn_strands import holding
+from tissue_sim.rendering.drawn_tissue import alive_tets
 from tissue_sim.sensing.observation import MAX_CLIPS, N_POINTS, Observation
 from tissue_sim.world import World
 

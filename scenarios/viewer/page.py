@@ -5,23 +5,20 @@ from __future__ import annotations
 import viser
 
 from scenarios.viewer.frame import Frame
-from scenarios.viewer.panels.actions.corrections import CELLS, CorrectionPanel
-from scenarios.viewer.panels.actions.disturb import DisturbPanel
-from scenarios.viewer.panels.actions.take_over import TakeOverPanel
-from scenarios.viewer.panels.actions.talk import TalkPanel
-from scenarios.viewer.panels.actions.training_data import TrainingDataPanel
-from scenarios.viewer.panels.camera import CameraPanel
-from scenarios.viewer.panels.keys import add_keys
-from scenarios.viewer.panels.legend import LegendPanel
-from scenarios.viewer.panels.log import LogPanel
+from scenarios.viewer.panels.episode import DisturbPanel, NewPatientPanel, TransportPanel
+from scenarios.viewer.panels.interventions import (
+    CELLS,
+    CorrectionPanel,
+    TakeOverPanel,
+    TrainingDataPanel,
+)
+from scenarios.viewer.panels.legend import LegendPanel, add_keys
+from scenarios.viewer.panels.log import LogPanel, TimingPanel
 from scenarios.viewer.panels.look import LookPanel, theme
-from scenarios.viewer.panels.new_patient import NewPatientPanel
-from scenarios.viewer.panels.panel import Panel
-from scenarios.viewer.panels.procedure import ProcedurePanel
-from scenarios.viewer.panels.style import add_style
-from scenarios.viewer.panels.timing import TimingPanel
-from scenarios.viewer.panels.transport import TransportPanel
-from scenarios.viewer.scene import Scene, look_through
+from scenarios.viewer.panels.panel import Panel, add_style
+from scenarios.viewer.panels.procedure import CameraPanel, ProcedurePanel
+from scenarios.viewer.panels.talk import TalkPanel
+from scenarios.viewer.scene import ViewerScene, look_through
 from scenarios.viewer.serving.drawn_page import DrawnPage
 from scenarios.viewer.serving.gate import Gate
 from scenarios.viewer.session_state import Asks, SessionState
@@ -38,7 +35,7 @@ class Page(DrawnPage):
         super().__init__(gate, host=host, port=port)
         self._ask, self._ask_slowly = ask, ask_slowly
         theme(self.server.gui, dark=True)
-        self._scene = Scene(self.server.scene)
+        self._scene = ViewerScene(self.server.scene)
         self._panels = self._make_panels()
         self._patient: int | None = None  # number of the patient whom the scene shows
         self._n_frames = 0

@@ -1,26 +1,33 @@
-"""A page with one recording, or two side by side, and a timeline."""
+"""A page with one recording, or two side by side: served with a timeline, or exported.
+
+An exported recording is one HTML page that needs no server.
+"""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
+from contextlib import redirect_stdout
+from io import StringIO
 from time import monotonic
 
 import viser
 
 from scenarios.files.outside_text import in_html
 from scenarios.viewer.panels.look import theme
-from scenarios.viewer.panels.style import add_style, pad
+from scenarios.viewer.panels.panel import add_style, pad
 from scenarios.viewer.recording_frames import RecordingFrames, TimelineMark
-from scenarios.viewer.scene import SHOWN_FIRST, Scene, look_through
+from scenarios.viewer.scene import SHOWN_FIRST, ViewerScene, look_through
 from scenarios.viewer.serving.drawn_page import DrawnPage
 from scenarios.viewer.serving.gate import gate_for
-from tissue_sim.patient.axes import field_point
+from tissue_sim.constants import CONTROL_PERIOD_S
+from tissue_sim.frames import field_point
 
 APART_M = 0.30  # between fields side by side, which are 0.28 wide
 TICK_S = 0.1  # resolution of the timeline
 SPEEDS = {"½ ×": 0.5, "1 ×": 1.0, "2 ×": 2.0, "4 ×": 4.0, "8 ×": 8.0}
 LABEL_M = field_point(0.0, -0.036, 0.0)  # below the organ
+EXPORT_EVERY = 6  # control steps a frame of an exported page: 5 frames a second
 
 
 class ReplayPage(DrawnPage):
@@ -115,12 +122,31 @@ class ReplayPage(DrawnPage):
         self._now.content = f'<div class="calot"><div class="now">{time_s:.1f} s</div>{rows}</div>'
 
 
-def stage(server: viser.ViserServer, recordings: Sequence[RecordingFrames]) -> list[Scene]:
+def export(recording: RecordingFrames, tell: Callable[[float], None]) -> str:
+    """Return the page's HTML; `tell` receives the simulated time of each finished frame."""
+    with redirect_stdout(StringIO()):
+        server = viser.ViserServer(host="127.0.0.1", port=0, verbose=False)
+    try:
+        (scene,) = stage(server, [recording])
+        label = server.scene.add_label("/label", "", position=LABEL_M)
+        serializer = server.get_scene_serializer()
+        for frame in recording.run():
+            label.text = f"{frame.time_s:.1f} s  {recording.instruction(frame.time_s)}"
+            scene.draw(frame)
+            serializer.insert_sleep(EXPORT_EVERY * CONTROL_PERIOD_S)
+            tell(frame.time_s)
+        return serializer.as_html(dark_mode=True)
+    finally:
+        with redirect_stdout(StringIO()):
+            server.stop()
+
+
+def stage(server: viser.ViserServer, recordings: Sequence[RecordingFrames]) -> list[ViewerScene]:
     """Create a scene for each recording, side by side, seen as by the first one's endoscope."""
     theme(server.gui, dark=True)
     scenes = []
     for k, recording in enumerate(recordings):
-        scene = Scene(server.scene, f"/field {k + 1}", (k * APART_M, 0.0, 0.0))
+        scene = ViewerScene(server.scene, f"/field {k + 1}", (k * APART_M, 0.0, 0.0))
         alone = len(recordings) == 1
         scene.shown = SHOWN_FIRST if alone else SHOWN_FIRST - {"abdominal wall"}
         scene.enter(recording.patient)

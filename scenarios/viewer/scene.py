@@ -8,20 +8,13 @@ import numpy as np
 import viser
 
 from scenarios.viewer.frame import Frame, Patient
-from scenarios.viewer.layers.clips import ClipLayer
-from scenarios.viewer.layers.forces import ForceLayer
-from scenarios.viewer.layers.instruments import InstrumentLayer
-from scenarios.viewer.layers.keep_outs import KeepOutLayer
-from scenarios.viewer.layers.lamp import LampLayer
+from scenarios.viewer.layers.instruments import ClipLayer, InstrumentLayer
 from scenarios.viewer.layers.layer import Layer
-from scenarios.viewer.layers.leaks import LeakLayer
-from scenarios.viewer.layers.plan import PlanLayer
-from scenarios.viewer.layers.seen import SeenLayer
-from scenarios.viewer.layers.strands import StrandLayer
-from scenarios.viewer.layers.surroundings import CavityLayer, SurroundingsLayer
-from scenarios.viewer.layers.tissue import TissueLayer
+from scenarios.viewer.layers.overlays import ForceLayer, KeepOutLayer, PlanLayer, SeenLayer
+from scenarios.viewer.layers.surroundings import CavityLayer, LampLayer, SurroundingsLayer
+from scenarios.viewer.layers.tissue import LeakLayer, StrandLayer, TissueLayer
 from tissue_sim.frames import Array
-from tissue_sim.sensing.pictures.cameras import CAMERAS
+from tissue_sim.sensing.cameras import CAMERAS
 
 MakeLayer = Callable[[viser.SceneApi, str, Patient], Layer]
 
@@ -45,7 +38,7 @@ SHOWN_FIRST = frozenset(OPTIONAL) - {"keep-outs", "what it sees"}
 NEAR_M, FAR_M = 0.002, 2.0
 
 
-class Scene:
+class ViewerScene:
     """Draws frames under one node of viser's tree."""
 
     def __init__(

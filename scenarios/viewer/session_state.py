@@ -1,4 +1,7 @@
-"""The state of a viewer session, which the page reads and its controls change."""
+"""The state of a viewer session, which the page reads and its controls change.
+
+Interventions are saved as training data only on a person's request.
+"""
 
 from __future__ import annotations
 
@@ -12,13 +15,14 @@ from numpy.typing import NDArray
 
 from planner.command import COMMANDS
 from planner.language.reading import Reading
+from scenarios.demonstration.interventions import Interventions
 from scenarios.loop.episode_config import EpisodeConfig
 from scenarios.loop.person.guided_arm import GuidedArm
 from scenarios.loop.person.inbox import Inbox
+from scenarios.loop.results import EpisodeResult
 from scenarios.perturbation.manual import MANUAL
 from scenarios.recording.event_log import EpisodeStatus
 from scenarios.viewer.frame import Frame, Patient
-from scenarios.viewer.interventions_on_request import InterventionsOnRequest
 from scenarios.viewer.pace import Pace
 from scenarios.viewer.watcher import Watcher
 from tissue_sim.patient.anatomy import Anatomy
@@ -52,6 +56,25 @@ class State:
     anatomy: Anatomy | None
     camera: bool
     picture: NDArray[np.uint8] | None
+
+
+class InterventionsOnRequest(Interventions):
+    """Observes an episode; any thread may save it during the episode."""
+
+    def on_end(self, result: EpisodeResult) -> None:
+        """Save nothing: a person decides."""
+
+    def save_so_far(self) -> Path:
+        """Save the episode so far, marked as not successful because its result is unknown.
+
+        Raises:
+            OSError: The file cannot be written.
+            ValueError: No person has intervened, or the folder holds parts that do not fit.
+        """
+        path = self.save(success=False, failures=[])
+        if path is None:
+            raise ValueError("nobody has corrected anything yet, or led an arm outside a hold")
+        return path
 
 
 @dataclass(kw_only=True)

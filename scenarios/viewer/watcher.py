@@ -12,7 +12,7 @@ from scenarios.loop.results import EpisodeResult
 from scenarios.recording.event_log import EpisodeStatus, EventLog
 from scenarios.viewer.frame import Frame, Patient, frame_of, patient_of
 from scenarios.viewer.pace import Pace
-from tissue_sim.periods import CONTROL_PERIOD_S
+from tissue_sim.constants import CONTROL_PERIOD_S
 
 if TYPE_CHECKING:
     from scenarios.loop.step import Step

@@ -14,8 +14,7 @@ from threading import Thread
 from typing import Any, Generic, TypeVar
 
 from scenarios.files.errors import WorkerDiedError
-from scenarios.workers.garbage import search_garbage_rarely
-from scenarios.workers.stop_signals import STOP_SIGNALS, counting, stoppable
+from scenarios.workers.process import STOP_SIGNALS, counting, search_garbage_rarely, stoppable
 from tissue_sim.main_guard import require_main_guard
 
 Config = TypeVar("Config")

@@ -5,7 +5,7 @@ from collections.abc import Callable, Generator, Iterable, Iterator, Sequence
 from typing import Protocol, TypeVar
 
 from scenarios.files.errors import WorkerDiedError
-from scenarios.workers.stop_signals import saving
+from scenarios.workers.process import saving
 
 Config = TypeVar("Config")
 Result = TypeVar("Result")

@@ -12,7 +12,7 @@ from ray.exceptions import RayError  # pyright: ignore
 from ray.util.scheduling_strategies import NodeAffinitySchedulingStrategy  # pyright: ignore
 
 from scenarios.workers.ray_workers import reason
-from tissue_sim.version import WORLD_VERSION
+from tissue_sim.constants import WORLD_VERSION
 
 WITHIN_S = 120.0  # a node's first task imports everything
 

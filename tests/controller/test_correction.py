@@ -9,7 +9,7 @@ from controller.action import ToolAction, hold
 from controller.correction import SPEED_M_S, carried_out
 from planner.correction import CORRECTIONS, DIRECTION_ENDOSCOPE
 from planner.instruction import TASKS, Instruction
-from tissue_sim.periods import CONTROL_PERIOD_S
+from tissue_sim.constants import CONTROL_PERIOD_S
 
 JAW_RAD = np.array([0.1, 0.2])
 ASKED = ToolAction(

@@ -8,8 +8,13 @@ from hypothesis import strategies as st
 from controller.action import ToolAction, hold
 from controller.driver import Driver, motion_between, rig_of
 from planner.correction import DIRECTION_ENDOSCOPE
-from tissue_sim.frames import axis_angle, exponential, rotation_to_6d
-from tissue_sim.patient.axes import NOMINAL_PITCH_RAD, endoscope_pose
+from tissue_sim.frames import (
+    NOMINAL_PITCH_RAD,
+    axis_angle,
+    endoscope_pose,
+    exponential,
+    rotation_to_6d,
+)
 from tissue_sim.tools.arms import HOME_JOINTS, LEFT_ARM, RIGHT_ARM, port_pose
 from tissue_sim.tools.instruments import INSTRUMENTS
 from tissue_sim.tools.psm import forward_kinematics

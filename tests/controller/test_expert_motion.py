@@ -12,9 +12,8 @@ from controller.expert.motion import (
     chunk_towards,
     distance,
 )
-from tissue_sim.frames import exponential, pose, rotation_from_6d, rotation_vector
-from tissue_sim.patient.axes import endoscope_pose
-from tissue_sim.periods import CONTROL_PERIOD_S
+from tissue_sim.constants import CONTROL_PERIOD_S
+from tissue_sim.frames import endoscope_pose, exponential, pose, rotation_from_6d, rotation_vector
 from tissue_sim.tools.arms import LEFT_ARM, RIGHT_ARM
 
 R_WORLD_ENDOSCOPE = endoscope_pose(0.6, 0.08, 0.09)[:3, :3]

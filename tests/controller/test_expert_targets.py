@@ -43,7 +43,7 @@ from tissue_sim.outcome.predicates import gap_m
 from tissue_sim.patient.at_risk import AT_RISK
 from tissue_sim.patient.organ import TUBES
 from tissue_sim.patient.textbook import textbook_from_seed
-from tissue_sim.surgery.clips.clip import CLIP_LENGTH_M, CLIP_WIDTH_M, Clip, latch
+from tissue_sim.surgery.clip import CLIP_LENGTH_M, CLIP_WIDTH_M, Clip, latch
 from tissue_sim.surgery.cut import BLADE_LENGTH_M
 from tissue_sim.thresholds import CUFF_MIN_M
 from tissue_sim.tools.arms import RIGHT_ARM

@@ -9,7 +9,7 @@ from controller.action import ToolAction, hold
 from controller.kept_place import REST_S, STAYS_S, KeptPlace
 from planner.correction import correction_from_text
 from planner.instruction import TASKS, Instruction
-from tissue_sim.periods import CONTROL_PERIOD_S
+from tissue_sim.constants import CONTROL_PERIOD_S
 from tissue_sim.tools.arms import LEFT_ARM, RIGHT_ARM
 
 TASK = Instruction(task=TASKS[1])

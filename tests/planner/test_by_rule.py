@@ -5,7 +5,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from planner.by_rule import PlannerByRule
+from planner.ablations import PlannerByRule
 from planner.instruction import Instruction
 from planner.rules.task_gate import GRASPED_S
 from planner.task import GRAB, TASKS

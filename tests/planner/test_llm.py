@@ -8,9 +8,8 @@ from email.utils import formatdate
 
 import pytest
 
-from planner.chat.client import WAITS_S
-from planner.chat.endpoint import Endpoint, EndpointError, endpoint_from_environment
-from planner.chat.transport import THREAD
+from planner.chat_client import WAITS_S
+from planner.chat_endpoint import THREAD, Endpoint, EndpointError, endpoint_from_environment
 from planner.instruction import CORRECTIONS, TASKS, Instruction
 from planner.llm import ATTEMPTS, NONE, SCHEMA, PlannerLlm
 from tests.planner.chat_server import (

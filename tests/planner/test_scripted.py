@@ -5,9 +5,8 @@ from dataclasses import replace
 import pytest
 
 from planner.base import PATIENCE_S
-from planner.criteria import structure_of, task_done
 from planner.instruction import TASKS
-from planner.scripted import MOST_TRIES, PlannerScripted
+from planner.scripted import MOST_TRIES, PlannerScripted, structure_of, task_done
 from scenarios.catalogue import SCENARIOS, WITNESS
 from scenarios.loop.episode_config import EpisodeConfig
 from scenarios.perturbation.effects import Effects
@@ -17,7 +16,7 @@ from tissue_sim.outcome.clip_rule import FEWEST_CLIPS, needed_m
 from tissue_sim.outcome.predicates import right_arm_back
 from tissue_sim.outcome.room import why_call
 from tissue_sim.patient.variants import variant
-from tissue_sim.surgery.clips.clip import CLIP_LENGTH_M, latch
+from tissue_sim.surgery.clip import CLIP_LENGTH_M, latch
 from tissue_sim.surgery.cut import BLADE_LENGTH_M, sever
 from tissue_sim.tools.arms import RIGHT_ARM, JointCommand
 from tissue_sim.verification.bodies import astride

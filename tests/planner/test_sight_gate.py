@@ -6,12 +6,12 @@ import numpy as np
 import pytest
 
 from planner.learned.planner import load_planner
-from planner.rules.sight_gate import AFTER_S, BLURRED_M, UNSEEN, SightGate
+from planner.rules.call_gates import BLURRED_M, UNSEEN, UNSEEN_AFTER_S, SightGate
 from tests.planner.observations import clipped
 from tissue_sim.sensing.observation import N_POINTS, TUBE_POINTS, Observation
 
 N_TUBES = 2 * TUBE_POINTS
-LONG_S = [float(s) for s in range(int(AFTER_S) + 1)]
+LONG_S = [float(s) for s in range(int(UNSEEN_AFTER_S) + 1)]
 
 
 def blurred(time_s: float, n: int = N_TUBES, std_m: float = 1.01 * BLURRED_M) -> Observation:

@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from planner.rules.standstill_gate import AFTER_S, STANDS_M, STANDS_RAD, StandstillGate
+from planner.rules.call_gates import STANDS_M, STANDS_RAD, STILL_AFTER_S, StandstillGate
 from tests.planner.observations import clipped
 from tissue_sim.sensing.observation import Observation
 
@@ -27,13 +27,13 @@ def lasts(*seen: Observation) -> bool:
 
 
 def test_arms_that_stand_still_long_enough_stand_still():
-    assert lasts(*(at(float(s)) for s in range(int(AFTER_S) + 1)))
-    assert not lasts(*(at(float(s)) for s in range(int(AFTER_S))))
+    assert lasts(*(at(float(s)) for s in range(int(STILL_AFTER_S) + 1)))
+    assert not lasts(*(at(float(s)) for s in range(int(STILL_AFTER_S))))
 
 
 @pytest.mark.parametrize("change", [{"moved_m": 1.1 * STANDS_M}, {"jaw_rad": 1.1 * STANDS_RAD}])
 def test_an_arm_that_moves_or_works_does_not_stand_still(change):
-    seen = [at(float(s)) for s in range(int(AFTER_S) + 1)]
+    seen = [at(float(s)) for s in range(int(STILL_AFTER_S) + 1)]
     seen[7] = at(7.0, **change)
     assert not lasts(*seen)
 
@@ -43,11 +43,11 @@ def test_flicker_and_breathing_are_no_motion_and_no_call_is_made_while_arms_were
     assert lasts(*(at(float(s), 0.3 * STANDS_M * rng.uniform(-1, 1)) for s in range(20)))
     moving = [at(float(s), 0.001 * s) for s in range(20)]
     assert not lasts(*moving)
-    assert lasts(*moving, *(at(20.0 + s, 0.02) for s in range(int(AFTER_S) + 1)))
+    assert lasts(*moving, *(at(20.0 + s, 0.02) for s in range(int(STILL_AFTER_S) + 1)))
 
 
 def test_after_a_gap_it_begins_anew():
-    seen = [at(float(s)) for s in range(int(AFTER_S))]
+    seen = [at(float(s)) for s in range(int(STILL_AFTER_S))]
     assert not lasts(*seen, at(40.0), at(41.0))
 
 

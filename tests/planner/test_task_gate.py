@@ -6,8 +6,7 @@ import numpy as np
 import pytest
 
 from planner.base import PATIENCE_S, PLANNING_PERIOD_S
-from planner.rules.task_clock import TaskClock
-from planner.rules.task_gate import GRAB_S, GRASPED_S, gate_task
+from planner.rules.task_gate import GRAB_S, GRASPED_S, TaskClock, gate_task
 from planner.scene.predicates import FIRM_TRACTION_N
 from planner.task import GRAB, TASKS, Task
 from tests.planner.observations import at_work, writable

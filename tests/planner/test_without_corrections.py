@@ -3,8 +3,8 @@
 from dataclasses import dataclass, replace
 from itertools import islice
 
+from planner.ablations import PlannerWithoutCorrections
 from planner.instruction import CORRECTIONS
-from planner.without_corrections import PlannerWithoutCorrections
 from scenarios.catalogue import WITNESS
 from scenarios.loop.episode_config import EpisodeConfig
 from scenarios.run_episode import begin

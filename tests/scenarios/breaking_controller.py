@@ -1,6 +1,6 @@
 """A controller that raises an exception during an episode."""
 
-from controller.idle import ControllerIdle
+from controller.holding import ControllerIdle
 
 BREAKS = f"{__name__}:ControllerBreaks"  # its name on the command line
 BREAKS_AT_S = 0.2

@@ -14,7 +14,7 @@ import pytest
 
 from controller.action import hold
 from controller.driver import rig_in
-from controller.idle import ControllerIdle
+from controller.holding import ControllerIdle
 from planner.base import PLANNING_PERIOD_S
 from planner.command import COMMANDS
 from planner.instruction import CORRECTIONS, TASKS, Instruction
@@ -28,11 +28,11 @@ from scenarios.recording.recorder import load
 from scenarios.run_episode import begin, result_of, run_episode
 from tests.scenarios.breaking_controller import BREAKS, BREAKS_AT_S
 from tests.scenarios.procedures import run
+from tissue_sim.constants import CONTROL_PERIOD_S
 from tissue_sim.outcome.nurse import EXCHANGE_S
 from tissue_sim.patient.textbook import textbook_from_seed
-from tissue_sim.periods import CONTROL_PERIOD_S
 from tissue_sim.sensing.exact import SenseExact
-from tissue_sim.surgery.clips.clip import detach
+from tissue_sim.surgery.clip import detach
 from tissue_sim.surgery.injury import Injury
 from tissue_sim.thresholds import HELD_PINCH_N
 from tissue_sim.tools.arms import HOME_JOINTS, RIGHT_ARM, JointCommand

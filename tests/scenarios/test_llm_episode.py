@@ -10,8 +10,8 @@ from planner.instruction import TASKS
 from planner.llm import ATTEMPTS
 from scenarios.catalogue import WITNESS
 from scenarios.cli import main
-from scenarios.commands.options.endpoint_option import require_endpoint
-from scenarios.files.exit_codes import BAD_INPUT, ERROR
+from scenarios.commands.policy_options import require_endpoint
+from scenarios.files.errors import BAD_INPUT, ERROR
 from scenarios.loop.episode_config import EpisodeConfig
 from scenarios.run_episode import begin
 from tests.planner.chat_server import fails, says, sends, serving

@@ -17,20 +17,19 @@ from controller.perception.graph import ViewReader
 from controller.perception.network import NetworkConfig
 from controller.perception.perception import Perception
 from controller.perception.prior import Prior
-from planner.learned.config import PlannerConfig
-from planner.learned.network import PlannerNetwork
+from planner.learned.network import PlannerConfig, PlannerNetwork
 from planner.learned.planner import PlannerLearned
 from scenarios.episode import Episode
 from scenarios.loop.camera_sense import SenseCameras
 from scenarios.loop.episode_config import EpisodeConfig
 from tests.tissue_sim.outcome.clipping import cut, three_clips
 from tissue_sim.patient.textbook import textbook_from_seed
-from tissue_sim.rendering.renderer_probe import renderer_available
+from tissue_sim.rendering.renderer import renderer_available
+from tissue_sim.sensing.eyes import VIEWS
 from tissue_sim.sensing.observation import N_LINE, Observation
-from tissue_sim.sensing.pictures.eyes import VIEWS
 from tissue_sim.sensing.sense import Sense
 from tissue_sim.sensing.tracked import SenseTracked
-from tissue_sim.surgery.clips.clip import Clip
+from tissue_sim.surgery.clip import Clip
 from tissue_sim.surgery.cut import Cut
 from tissue_sim.tools.arms import JointCommand
 from tissue_sim.world import World

@@ -5,8 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from controller.kinematics import inverse_kinematics
-from tissue_sim.frames import Array, inverse_pose, pose, unit
-from tissue_sim.patient.axes import AWAY
+from tissue_sim.frames import AWAY, Array, inverse_pose, pose, unit
 from tissue_sim.tools.arms import RIGHT_ARM, JointCommand
 from tissue_sim.world import World
 

@@ -17,7 +17,7 @@ from hypothesis import strategies as st
 from tests.tissue_sim.treatment import assert_same
 from tissue_sim import environment
 from tissue_sim.patient.anatomy import anatomy_from_seed
-from tissue_sim.saving.state_tensors import flat, state_from_tensors, state_to_tensors
+from tissue_sim.state_tensors import flat, state_from_tensors, state_to_tensors
 from tissue_sim.tools.arms import JointCommand
 from tissue_sim.world import World
 

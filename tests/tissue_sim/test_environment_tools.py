@@ -24,8 +24,8 @@ from tissue_sim import environment
 from tissue_sim.control_modes import JOINT_TARGETS_AND_TOOL, REQUESTS
 from tissue_sim.environment import ENVIRONMENT_ID, TRAINING_SEEDS, make_single
 from tissue_sim.patient.anatomy import Anatomy, anatomy_from_seed
-from tissue_sim.rendering.renderer_probe import renderer_available
-from tissue_sim.saving.state_tensors import flat
+from tissue_sim.rendering.renderer import renderer_available
+from tissue_sim.state_tensors import flat
 from tissue_sim.tools.arms import HOME_JOINTS
 
 HOME = np.tile(HOME_JOINTS, 2).astype(np.float32)

@@ -5,12 +5,12 @@ from pathlib import Path
 
 import pytest
 
-from tissue_sim.periods import CONTROL_HZ, CONTROL_PERIOD_S
+from tissue_sim.constants import CONTROL_HZ, CONTROL_PERIOD_S
 from tissue_sim.world import WorldConfig
 
 ROOT = Path(__file__).parents[2]
 PACKAGES = ("tissue_sim", "planner", "controller", "scenarios")
-OWNER = "tissue_sim/periods.py"
+OWNER = "tissue_sim/constants.py"
 VISCOSITY = "tissue_sim/mechanics/tissue.py"  # a time of the material, by chance also 1/30 s
 
 

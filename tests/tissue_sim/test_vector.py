@@ -5,7 +5,7 @@ import pytest
 
 from tissue_sim import vector
 from tissue_sim.environment import make_single
-from tissue_sim.rendering.renderer_probe import renderer_available
+from tissue_sim.rendering.renderer import renderer_available
 from tissue_sim.tools.arms import HOME_JOINTS
 
 SEED = 10_000

@@ -98,7 +98,7 @@ class TissueArrays:
     skin_reach: wp.array2d(dtype=float)
     ring_beside_sac: wp.array3d(dtype=int)
     # bars: rigid bodies that vertices carry (closed clips). Middle and axis are weighted sums of
-    # the vertices' positions; balls in a row touch instruments and other bars (see `bars`)
+    # the vertices' positions; balls in a row touch instruments and other bars (see `bar_contact`)
     n_bar: wp.array(dtype=int)
     bar_reach: wp.array(dtype=float)  # from the middle to the last ball, m
     bar_radius: wp.array(dtype=float)

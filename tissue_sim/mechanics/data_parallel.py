@@ -12,18 +12,11 @@ from typing import Any
 import warp as wp
 
 from tissue_sim.mechanics.arrays import TissueArrays, ToolShapes
-from tissue_sim.mechanics.contact.bars import place_bar, push_bar, react_to_bar
-from tissue_sim.mechanics.contact.gallbladder import find_near_skin, push_ring_out_of_sac
-from tissue_sim.mechanics.contact.touch import (
-    add_bed_contact,
-    add_tool_contact,
-    agree_on_sides,
-    find_ring_centres,
-    push_corner_from_earlier,
-    react,
-)
-from tissue_sim.mechanics.forces.assembly import add_elastic_force, add_stiffness, add_viscous_force
-from tissue_sim.mechanics.forces.springs import (
+from tissue_sim.mechanics.assembly import add_elastic_force, add_stiffness, add_viscous_force
+from tissue_sim.mechanics.bar_contact import place_bar, push_bar, react_to_bar
+from tissue_sim.mechanics.gallbladder_contact import find_near_skin, push_ring_out_of_sac
+from tissue_sim.mechanics.implicit import add_inertia, finish, predict
+from tissue_sim.mechanics.springs import (
     add_anchor,
     add_link,
     add_tie,
@@ -31,9 +24,16 @@ from tissue_sim.mechanics.forces.springs import (
     break_link,
     break_tie,
 )
-from tissue_sim.mechanics.forces.untangle import ease, mark_tangled
-from tissue_sim.mechanics.implicit import add_inertia, finish, predict
 from tissue_sim.mechanics.tissue import STATE, Tissue
+from tissue_sim.mechanics.touch import (
+    add_bed_contact,
+    add_tool_contact,
+    agree_on_sides,
+    find_ring_centres,
+    push_corner_from_earlier,
+    react,
+)
+from tissue_sim.mechanics.untangle import ease, mark_tangled
 
 wp.set_module_options({"enable_backward": False})
 

@@ -1,4 +1,4 @@
-"""Lay out an organ in the kernels' arrays: sizes and initial values."""
+"""Check an organ, and lay it out in the kernels' arrays: sizes and initial values."""
 
 from __future__ import annotations
 
@@ -9,11 +9,15 @@ import warp as wp
 from numpy.typing import NDArray
 
 from tissue_sim.mechanics.arrays import TissueArrays, ToolShapes
+from tissue_sim.mechanics.bar_contact import BALLS, BAR_VERTICES, N_BARS
 from tissue_sim.mechanics.coarse import MODES, parts_of, skyline_capacity
-from tissue_sim.mechanics.contact.bars import BALLS, BAR_VERTICES, N_BARS
-from tissue_sim.mechanics.topology import boundary_faces
+from tissue_sim.mechanics.topology import (
+    boundary_faces,
+    components,
+    distances_to_triangles,
+    encloses,
+)
 from tissue_sim.patient.at_risk import BRANCHES
-from tissue_sim.patient.collagen import collagen
 from tissue_sim.patient.material import (
     ANCHOR_STIFFNESS,
     ANCHOR_STRENGTH,
@@ -25,10 +29,10 @@ from tissue_sim.patient.material import (
     TIE_STRENGTH,
     lame_of,
 )
+from tissue_sim.patient.mesh_checks import require_indices, require_sound_elements
 from tissue_sim.patient.mesher import Indices
 from tissue_sim.patient.organ import REGIONS, Organ
-from tissue_sim.patient.walls import n_patches, patch_stiffness, wall_pieces
-from tissue_sim.structures.surface import distances_to_triangles, encloses
+from tissue_sim.patient.walls import collagen, n_patches, patch_stiffness, wall_pieces
 
 HOST = "cpu"  # the device of the arrays, on which numpy shares their memory
 SPARE_PARTS = 8  # a transection adds one
@@ -205,3 +209,29 @@ def _sizes(organs: Sequence[Organ]) -> dict[str, tuple[int, ...]]:
         "factor_start": (n_part + 1,), "factor_pivot": (MODES * n_part,),
         "motion": (n_part,),
     }  # fmt: skip
+
+
+def require_sound_organ(organ: Organ) -> None:
+    """Refuse an organ that has broken elements or an unsupported part.
+
+    Ties and strands join parts. A single body may be free. Of several parts, each must be joined to
+    the rest, or attached at fixed vertices, at the liver bed or by the ligament.
+
+    Raises:
+        ValueError: the organ is refused; the message names the element or the part.
+    """
+    require_sound_elements(organ.vertices, organ.tets)
+    n = len(organ.vertices)
+    for name in ("tie_vertex", "tie_corners", "bed_vertices", "ligament_vertices", "remnants"):
+        require_indices(name, getattr(organ, name), n, "tissue")
+    ties = np.column_stack([organ.tie_vertex, organ.tie_corners[:, 0]]).reshape(-1, 2)
+    joints = np.concatenate([ties, organ.remnants]).astype(np.int32)
+    label = components(n, np.concatenate([organ.tets, joints[:, [0, 1, 1, 1]]]))
+    held = set(label[organ.fixed].tolist()) | set(label[organ.anchored].tolist())
+    loose = set(label.tolist()) - held
+    if loose and len(set(label.tolist())) > 1:
+        part = np.flatnonzero(label == min(loose))
+        raise ValueError(
+            f"mesh of the tissue: the part of {len(part)} vertices around vertex {part[0]} is "
+            "neither held nor joined to the rest"
+        )

@@ -9,13 +9,13 @@ from __future__ import annotations
 import warp as wp
 
 from tissue_sim.mechanics.arrays import TissueArrays, ToolShapes
-from tissue_sim.mechanics.contact.bars import add_bar_contact, react_to_bars
-from tissue_sim.mechanics.contact.gallbladder import add_sac_contact
-from tissue_sim.mechanics.contact.touch import add_surface_contact, add_tube_contact, react_on_tools
-from tissue_sim.mechanics.forces.assembly import add_elements
-from tissue_sim.mechanics.forces.springs import add_springs, break_springs
-from tissue_sim.mechanics.forces.untangle import ease_bulk
+from tissue_sim.mechanics.assembly import add_elements
+from tissue_sim.mechanics.bar_contact import add_bar_contact, react_to_bars
+from tissue_sim.mechanics.gallbladder_contact import add_sac_contact
 from tissue_sim.mechanics.implicit import StepParameters, begin_step, solve_step
+from tissue_sim.mechanics.springs import add_springs, break_springs
+from tissue_sim.mechanics.touch import add_surface_contact, add_tube_contact, react_on_tools
+from tissue_sim.mechanics.untangle import ease_bulk
 
 wp.set_module_options({"enable_backward": False})
 

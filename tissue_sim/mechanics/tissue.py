@@ -11,14 +11,18 @@ import warp as wp
 from numpy.typing import NDArray
 
 from tissue_sim.frames import Array
-from tissue_sim.mechanics import rupture
+from tissue_sim.mechanics import assembly, elasticity, rupture, springs
 from tissue_sim.mechanics.arrays import TissueArrays, ToolShapes
+from tissue_sim.mechanics.bar_contact import N_BARS, Bar
 from tissue_sim.mechanics.coarse import skyline
-from tissue_sim.mechanics.contact.bars import N_BARS, Bar
-from tissue_sim.mechanics.forces import assembly, elasticity, springs
 from tissue_sim.mechanics.implicit import StepParameters
-from tissue_sim.mechanics.layout import HOST, LINK_CAPACITY, allocate, starting_values
-from tissue_sim.mechanics.organ_check import require_sound_organ
+from tissue_sim.mechanics.layout import (
+    HOST,
+    LINK_CAPACITY,
+    allocate,
+    require_sound_organ,
+    starting_values,
+)
 from tissue_sim.mechanics.step import STAGES, take_stages
 from tissue_sim.mechanics.topology import block_pattern, boundary_faces, components
 from tissue_sim.patient.material import DENSITY_KG_M3, REMNANT_STIFFNESS, REMNANT_STRENGTH

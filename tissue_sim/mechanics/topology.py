@@ -1,4 +1,7 @@
-"""Find which vertices couple: block-CSR pattern, surface, and the splitting of vertices."""
+"""Find which vertices couple, what the mesh's surface encloses, and how vertices split.
+
+The couplings are a block-CSR pattern.
+"""
 
 from __future__ import annotations
 
@@ -9,6 +12,7 @@ from numpy.typing import NDArray
 from scipy.sparse import coo_matrix
 from scipy.sparse.csgraph import connected_components
 
+from tissue_sim.frames import Array
 from tissue_sim.patient.mesher import Indices
 
 # of a tetrahedron: the one opposite each corner, outward for positive volume
@@ -121,3 +125,35 @@ def _groups(tets: Indices, severed: set[tuple[int, ...]], v: int) -> list[list[i
     for e in range(len(tets)):
         groups.setdefault(root(e), []).append(e)
     return [groups[k] for k in sorted(groups)]
+
+
+def encloses(triangles: Array, points: Array) -> NDArray[np.bool_]:
+    """Return which points (n_point, 3) a closed surface (n, 3, 3), oriented outward, encloses.
+
+    The solid angles of its triangles at a point sum to 4 pi inside and to 0 outside. Source: van
+    Oosterom and Strackee, "The solid angle of a plane triangle", 1983.
+    """
+    a, b, c = np.moveaxis(triangles - points[:, None, None], 2, 0)
+    la, lb, lc = (np.sqrt(_dot(corner, corner)) for corner in (a, b, c))
+    volume = _dot(a, np.cross(b, c))
+    rest = la * lb * lc + _dot(a, b) * lc + _dot(b, c) * la + _dot(c, a) * lb
+    return 2.0 * np.arctan2(volume, rest).sum(axis=1) > 2.0 * np.pi
+
+
+def _dot(a: Array, b: Array) -> Array:
+    return np.einsum("...i,...i->...", a, b)
+
+
+def distances_to_triangles(triangles: Array, point: Array) -> Array:
+    """Return the distance (n,) of a point (3,) from each triangle (n, 3, 3)."""
+    corners = triangles - point
+    edges = np.roll(corners, -1, axis=1) - corners
+    length2 = _dot(edges, edges)
+    share = -_dot(corners, edges) / np.maximum(length2, 1e-30)
+    nearest = corners + np.clip(share, 0.0, 1.0)[..., None] * edges
+    to_edges = np.linalg.norm(nearest, axis=2).min(axis=1)
+    normal = np.cross(edges[:, 0], edges[:, 1])
+    to_plane = np.abs(_dot(corners[:, 0], normal))
+    to_plane /= np.maximum(np.linalg.norm(normal, axis=1), 1e-30)
+    sides = _dot(np.cross(edges, -corners), normal[:, None])
+    return np.where((sides >= 0.0).all(axis=1), to_plane, to_edges)

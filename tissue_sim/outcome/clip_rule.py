@@ -20,7 +20,7 @@ from typing import Any
 import numpy as np
 
 from tissue_sim.thresholds import CLIP_MIN_GAP_M, CUFF_MIN_M
-from tissue_sim.tools.clip_size import CLIP_WIDTH_M
+from tissue_sim.tools.instruments import CLIP_WIDTH_M
 
 USUAL_CLIPS, FEWEST_CLIPS = 3, 2  # clips on a tube
 

@@ -8,7 +8,7 @@ from itertools import pairwise
 
 from tissue_sim.field import Field
 from tissue_sim.outcome.predicates import cuffs_m, edge_m, good_clips, station_m
-from tissue_sim.surgery.clips.clip import CLIP_WIDTH_M, Clip, closure, grip_n, holding_forces_n
+from tissue_sim.surgery.clip import Clip, closure, grip_n, holding_forces_n
 from tissue_sim.thresholds import (
     CLIP_MAX_SLIP_M,
     CLIP_MAX_TILT_RAD,
@@ -17,6 +17,7 @@ from tissue_sim.thresholds import (
     LUMEN_CLOSED,
     TEST_PULL_N,
 )
+from tissue_sim.tools.instruments import CLIP_WIDTH_M
 
 
 @dataclass(frozen=True, kw_only=True)

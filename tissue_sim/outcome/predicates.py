@@ -12,7 +12,7 @@ from tissue_sim.frames import Array
 from tissue_sim.outcome.clip_rule import USUAL_CLIPS, clips_needed
 from tissue_sim.patient.organ import TUBES
 from tissue_sim.structures.tubes import Tubes
-from tissue_sim.surgery.clips.clip import CLIP_WIDTH_M, Clip, closure
+from tissue_sim.surgery.clip import Clip, closure
 from tissue_sim.surgery.cut import Cut
 from tissue_sim.surgery.grasp import INFUNDIBULUM_RINGS, LEFT_FINGERS, inward_n
 from tissue_sim.thresholds import (
@@ -30,6 +30,7 @@ from tissue_sim.thresholds import (
     TAUT_MIN,
 )
 from tissue_sim.tools.arms import LEFT_ARM, RIGHT_ARM
+from tissue_sim.tools.instruments import CLIP_WIDTH_M
 
 
 def gallbladder_grasped(field: Field) -> bool:

@@ -9,7 +9,7 @@ from __future__ import annotations
 import numpy as np
 
 from tissue_sim.structures.tubes import Crossing
-from tissue_sim.surgery.clips.clip import Clip, T_world_clip
+from tissue_sim.surgery.clip import Clip, T_world_clip
 from tissue_sim.thresholds import TEST_PULL_N
 from tissue_sim.tools.arms import JointCommand
 from tissue_sim.world import World

@@ -9,8 +9,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from tissue_sim.frames import Array, unit
-from tissue_sim.patient.axes import AWAY, field_point
+from tissue_sim.frames import AWAY, Array, field_point, unit
 
 COMMON_DUCT = "common bile duct"
 HEPATIC_ARTERY = "hepatic artery"

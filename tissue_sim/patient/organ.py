@@ -8,10 +8,9 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.interpolate import PchipInterpolator
 
-from tissue_sim.frames import Array, unit
+from tissue_sim.frames import AWAY, RIGHT, UP, Array, field_point, unit
 from tissue_sim.patient.anatomy import Anatomy, Artery
 from tissue_sim.patient.at_risk import AT_RISK, BRANCHES, RADIUS_M, course
-from tissue_sim.patient.axes import AWAY, RIGHT, UP, field_point
 from tissue_sim.patient.mesh_checks import require_sound_elements
 from tissue_sim.patient.mesher import Indices, Sweep, subdivide, sweep
 

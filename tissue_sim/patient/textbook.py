@@ -13,8 +13,7 @@ from typing import Any
 import numpy as np
 
 from tissue_sim.patient.anatomy import Anatomy, require_seed
-from tissue_sim.patient.courses import Bounds
-from tissue_sim.patient.population import MOST_REMNANTS, TINTS, tint
+from tissue_sim.patient.population import MOST_REMNANTS, TINTS, Bounds, tint
 
 TEXTBOOK: dict[str, Bounds] = {  # assumed; drawn in this order
     "gallbladder_length_m": (0.060, 0.100),

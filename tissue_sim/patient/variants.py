@@ -14,7 +14,7 @@ from zlib import crc32
 import numpy as np
 
 from tissue_sim.patient.anatomy import COUNTS, Anatomy, Artery, anatomy_from_seed
-from tissue_sim.patient.courses import (
+from tissue_sim.patient.population import (
     BEHIND,
     CROSSING_LENGTH_M,
     IN_FRONT,

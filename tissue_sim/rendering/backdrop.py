@@ -15,12 +15,11 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial import KDTree
 
-from tissue_sim.frames import Array
+from tissue_sim.frames import AWAY, RIGHT, UP, Array, field_point
 from tissue_sim.patient.at_risk import AT_RISK
-from tissue_sim.patient.axes import AWAY, RIGHT, UP, field_point
 from tissue_sim.patient.organ import Organ
 from tissue_sim.patient.surroundings import FAT_BEHIND_M, waves
-from tissue_sim.rendering.drawn.drawing import Surface
+from tissue_sim.rendering.drawing import Surface
 from tissue_sim.rendering.shapes import pipe, sheet
 from tissue_sim.rendering.textures import TILE_M, Colour, Look
 

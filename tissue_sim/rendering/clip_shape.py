@@ -12,10 +12,10 @@ from functools import cache
 import numpy as np
 
 from tissue_sim.frames import Array
-from tissue_sim.rendering.drawn.drawing import Surface
+from tissue_sim.rendering.drawing import Surface
 from tissue_sim.rendering.shapes import joined, loft
 from tissue_sim.rendering.textures import Look
-from tissue_sim.surgery.clips.clip import CLIP_LENGTH_M, CLIP_WIDTH_M
+from tissue_sim.tools.instruments import CLIP_LENGTH_M, CLIP_WIDTH_M
 
 LOOK = Look(colour=(0.62, 0.55, 0.86), roughness=0.28, specular=0.7, glow=0.06)
 HALF_TURN = np.diag([-1.0, -1.0, 1.0, 1.0])

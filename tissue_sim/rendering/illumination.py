@@ -7,8 +7,8 @@ import sapien
 
 from tissue_sim.field import Field
 from tissue_sim.frames import pose
-from tissue_sim.sensing.pictures.camera_names import CAMERA_NAMES
-from tissue_sim.sensing.pictures.cameras import T_world_camera, looking
+from tissue_sim.sensing.cameras import T_world_camera, looking
+from tissue_sim.sensing.glance import CAMERA_NAMES
 
 LAMP_W_SR = 0.028 * np.array([1.0, 0.97, 0.92])  # xenon through a fibre bundle
 LAMP_BESIDE_M = np.array([-0.00225, 0.006, -0.001])  # above the eyes, between them

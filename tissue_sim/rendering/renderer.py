@@ -5,12 +5,14 @@ without another renderer. Each process that draws loads this renderer. Vulkan's 
 set in the environment of its child processes. The renderer needs neither root nor
 `LD_LIBRARY_PATH`.
 
-This file is the probe's program and runs alone, so it imports only the standard library at its top.
+A probe runs this file alone in a new process, so it imports only the standard library at its top.
 """
 
 import os
+import subprocess
 import sys
 from ctypes import CDLL
+from functools import cache
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -22,6 +24,7 @@ DRIVER = "driver.json"  # path of the driver for Vulkan's loader
 LIBRARIES = "libraries.txt"  # one path a line, relative to the folder: dependencies come first
 DRIVERS_VARIABLE = "VK_DRIVER_FILES"
 OTHER_CHOICES = ("VK_ICD_FILENAMES", "VK_ADD_DRIVER_FILES")
+KINDS = ("gpu", "system", "private")
 
 
 def use_private_renderer(folder: Path = PRIVATE_FOLDER) -> bool:
@@ -83,6 +86,26 @@ def _kind() -> str:
     if render_system().device.is_cuda():
         return "gpu"
     return "private" if private else "system"
+
+
+@cache
+def renderer_kind() -> str | None:
+    """Return one of `KINDS` if a render system can be made, by a trial in a new process (0.7 s).
+
+    A failed Vulkan set-up can break its process, or crash it at exit.
+    """
+    attempt = [sys.executable, "-P", __file__]
+    tried = subprocess.run(attempt, capture_output=True, text=True)
+    last = (tried.stdout.splitlines() or [""])[-1]
+    return last if tried.returncode == 0 and last in KINDS else None
+
+
+def renderer_available() -> bool:
+    """Return whether pictures can be taken here, and prepare this process to take them."""
+    kind = renderer_kind()
+    if kind == "private":
+        use_private_renderer()
+    return kind is not None
 
 
 if __name__ == "__main__":

@@ -20,8 +20,8 @@ from tissue_sim.rendering.renderer import (
     LIBRARIES,
     PRIVATE_FOLDER,
     choice_of_another,
+    renderer_kind,
 )
-from tissue_sim.rendering.renderer_probe import renderer_kind
 
 PACKAGE = "mesa-vulkan-drivers"
 DRIVER_LIBRARY = "libvulkan_lvp.so"

@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 
 from tissue_sim.frames import Array, unit
 from tissue_sim.patient.mesher import section_axes
-from tissue_sim.rendering.drawn.drawing import Surface
+from tissue_sim.rendering.drawing import Surface
 
 
 def sheet(points: Array, tile_m: float) -> Surface:

@@ -15,11 +15,11 @@ from numpy.typing import NDArray
 
 from tissue_sim.field import Field
 from tissue_sim.frames import Array
-from tissue_sim.rendering.drawn.drawn_clips import DrawnClips
-from tissue_sim.rendering.drawn.drawn_leaks import DrawnLeaks
-from tissue_sim.rendering.drawn.drawn_strands import DrawnStrands
-from tissue_sim.rendering.drawn.drawn_surroundings import DrawnSurroundings
-from tissue_sim.rendering.drawn.drawn_tissue import DrawnTissue
+from tissue_sim.rendering.drawn_clips import DrawnClips
+from tissue_sim.rendering.drawn_leaks import DrawnLeaks
+from tissue_sim.rendering.drawn_strands import DrawnStrands
+from tissue_sim.rendering.drawn_surroundings import DrawnSurroundings
+from tissue_sim.rendering.drawn_tissue import DrawnTissue
 from tissue_sim.rendering.illumination import Illumination
 from tissue_sim.rendering.renderer import render_system
 from tissue_sim.rendering.shader_pack import (
@@ -28,14 +28,14 @@ from tissue_sim.rendering.shader_pack import (
     set_picture_formats,
     shader_pack,
 )
-from tissue_sim.sensing.pictures.cameras import (
+from tissue_sim.sensing.cameras import (
     CAMERAS,
     FAR_PLANE_M,
     NEAR_PLANE_M,
     CameraSpec,
     T_world_camera,
 )
-from tissue_sim.tools.physics_system import physics_system
+from tissue_sim.tools.drives import physics_system
 
 
 class Visual(Protocol):

@@ -22,7 +22,7 @@ from tissue_sim.sensing.observation import (
     TUBE_POINTS,
     Observation,
 )
-from tissue_sim.sensing.sense import SenseSetup
+from tissue_sim.sensing.sensor_model import SenseSetup
 from tissue_sim.tools.instruments import PATCH_LINKS
 
 _ENDS = np.cumsum(list(POINTS.values()))[:-1]

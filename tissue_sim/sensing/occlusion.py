@@ -14,12 +14,11 @@ from tissue_sim.field import Field
 from tissue_sim.frames import Array, inverse_pose, transform
 from tissue_sim.mechanics.topology import boundary_faces
 from tissue_sim.patient.at_risk import AT_RISK, RADIUS_M
+from tissue_sim.sensing.cameras import CameraSpec, T_world_camera
 from tissue_sim.sensing.observation import POINTS, Observation
-from tissue_sim.sensing.pictures.cameras import CameraSpec, T_world_camera
 from tissue_sim.sensing.ray_tests import RayMesh, blocked
-from tissue_sim.surgery.clips.clip import CLIP_LENGTH_M
 from tissue_sim.tools.instrument_meshes import link_parts
-from tissue_sim.tools.instruments import PATCH_LINKS, Instrument
+from tissue_sim.tools.instruments import CLIP_LENGTH_M, PATCH_LINKS, Instrument
 
 EYES = ("endoscope_left", "wrist_left", "wrist_right")  # the right eye's view equals the left one's
 DEPTH_M = 0.0015  # assumed: depth behind the first surface at which a wall is still visible

@@ -7,7 +7,9 @@ patients (`docs/senses.md`). The errors of encoders and motor currents are assum
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, replace
+from collections.abc import Callable
+from dataclasses import dataclass, field, replace
+from typing import Any
 
 ABOVE_0, SHARE = "above 0", "from 0 to 1"
 ALLOWED = {"slow_s": ABOVE_0, "look_s": ABOVE_0, "dropout_s": ABOVE_0, "dropout": SHARE}
@@ -89,3 +91,20 @@ SIZES = (
     "third_tube", "hand_eye_m", "hand_eye_rad", "tip_m", "jaw_rad", "force_n",
 )  # fmt: skip
 SHARP_M, BLURRED_M = 0.015, 0.045  # from the right tip: its camera resolves close points best
+
+
+@dataclass(frozen=True, kw_only=True)
+class SenseSetup:
+    """The argument of a sense's factory.
+
+    Attributes:
+        seed: of the episode; a sense draws its own errors from it.
+        checkpoint: file of a perception that the user named; None for the sense's own choice.
+        model: errors of encoders, currents and points in this episode.
+        spoil: what the episode's perturbations do to a picture.
+    """
+
+    seed: int = 0
+    checkpoint: str | None = None
+    model: SensorModel = field(default_factory=SensorModel)
+    spoil: Callable[..., Any] | None = None

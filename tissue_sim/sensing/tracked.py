@@ -9,8 +9,7 @@ import numpy as np
 from tissue_sim.field import Field
 from tissue_sim.sensing.observation import Observation, observation_of
 from tissue_sim.sensing.occlusion import Occlusion
-from tissue_sim.sensing.sense import SenseSetup
-from tissue_sim.sensing.sensor_model import SensorModel
+from tissue_sim.sensing.sensor_model import SenseSetup, SensorModel
 from tissue_sim.sensing.tracker import Tracker
 
 USUAL = SensorModel()

@@ -13,8 +13,8 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import NDArray
 
+from tissue_sim.constants import CONTROL_PERIOD_S
 from tissue_sim.frames import Array, exponential
-from tissue_sim.periods import CONTROL_PERIOD_S
 from tissue_sim.sensing.observation import (
     MAX_CLIPS,
     N_LINE,

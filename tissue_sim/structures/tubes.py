@@ -1,4 +1,7 @@
-"""Model all hollow structures in surgical terms: lines of rings with stations, lumen and stumps."""
+"""Model all hollow structures in surgical terms: lines of rings with stations, lumen and stumps.
+
+This tells which structures lie between an instrument's jaws.
+"""
 
 from __future__ import annotations
 
@@ -12,6 +15,7 @@ from tissue_sim.mechanics.topology import components
 from tissue_sim.patient.at_risk import BRANCHES
 from tissue_sim.patient.mesher import Indices
 from tissue_sim.patient.organ import PARTS, Organ
+from tissue_sim.tools.instruments import MOUTHS
 
 MEETING_HALF_GAP_M = 0.0016  # assumed: jaws this close to their middle plane meet
 # A tube lies between closing jaws if its centreline is closer than this to their middle plane. A
@@ -19,6 +23,10 @@ MEETING_HALF_GAP_M = 0.0016  # assumed: jaws this close to their middle plane me
 BETWEEN_HALF_GAP_M = 0.0025
 TIP_EDGE_M = 2.0e-4  # assumed: closed jaws also hold tissue up to this distance beyond their tip
 STRETCHED_SEGMENTS = 3  # assumed: a stretch is averaged over this number of segments, 5 mm
+GALLBLADDER = "gallbladder"
+# Gap at which the judge counts the gallbladder as clipped, and one step of closing. A finger is as
+# thick: the wall may press on closing fingers from outside. Tissue between them moves inwards.
+SAC_HALF_GAP_M = 0.0020
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -298,3 +306,15 @@ def _largest_share(now_m: Array, rest_m: Array) -> float:
 def _stations(organ: Organ, tube: str) -> Array:
     centres = organ.vertices[organ.rings[tube][:, 0]]
     return np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(centres, axis=0), axis=1))])
+
+
+def between_jaws(tubes: Tubes, T_world_tool: Array, tool: str) -> frozenset[str]:
+    """Return the names of the structures that the jaws would close on.
+
+    The margin is wide enough for one step of motion before the jaws close.
+    """
+    reach_m, width_m = MOUTHS[tool]
+    found = {t for t in tubes.organ.hollow if tubes.crossing(t, T_world_tool, reach_m)}
+    if tubes.sac_between(T_world_tool, reach_m, width_m, SAC_HALF_GAP_M):
+        found.add(GALLBLADDER)
+    return frozenset(found)

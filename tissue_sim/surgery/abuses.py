@@ -11,7 +11,7 @@ import numpy as np
 
 from tissue_sim.field import Field
 from tissue_sim.mechanics.layout import N_SHAPES
-from tissue_sim.surgery.clips.clip import CLIP_WIDTH_M, Clip
+from tissue_sim.surgery.clip import Clip
 from tissue_sim.surgery.grasp import LEFT_FINGERS, RIGHT_FINGERS, inward_n
 from tissue_sim.surgery.injury import LimitReading
 from tissue_sim.surgery.record import Record
@@ -23,6 +23,7 @@ from tissue_sim.thresholds import (
     PIERCED_M,
 )
 from tissue_sim.tools.arms import LEFT_ARM, RIGHT_ARM
+from tissue_sim.tools.instruments import CLIP_WIDTH_M
 
 FINGER_PLACES = (1.0, 0.5)  # shares of a finger's length, from the jaws' hinge to the tip
 

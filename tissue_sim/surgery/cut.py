@@ -7,9 +7,8 @@ from dataclasses import dataclass
 from tissue_sim.frames import Array, inverse_pose, transform
 from tissue_sim.structures.tubes import TIP_EDGE_M, Crossing, Tubes
 from tissue_sim.surgery.parting import Opening, part_ring
-from tissue_sim.tools.blade_size import BLADE_LENGTH_M
+from tissue_sim.tools.instruments import BLADE_LENGTH_M
 
-BLADE_WIDTH_M = 0.0010  # assumed: thickness of the closed blades
 SHEAR_GAP_M = 0.0012  # assumed: distance of the blades at which tissue is cut
 
 

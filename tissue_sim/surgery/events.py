@@ -10,18 +10,19 @@ import numpy as np
 from tissue_sim.field import Field
 from tissue_sim.frames import Array
 from tissue_sim.surgery import abuses, injuries
-from tissue_sim.surgery.clips.clip import CLIP_LENGTH_M, LATCH_GAP_M, Clip, grip_n, latch
-from tissue_sim.surgery.clips.clip_bar import leave_jaws, pushes_n
-from tissue_sim.surgery.clips.loose_clip import fall, push_aside
-from tissue_sim.surgery.clips.slip import Pull, apply_pull, update_after_cut
-from tissue_sim.surgery.cut import BLADE_LENGTH_M, SHEAR_GAP_M, sever
+from tissue_sim.surgery.clip import LATCH_GAP_M, Clip, grip_n, latch
+from tissue_sim.surgery.clip_bar import leave_jaws, pushes_n
+from tissue_sim.surgery.clip_slip import Pull, apply_pull, update_after_cut
+from tissue_sim.surgery.cut import SHEAR_GAP_M, sever
 from tissue_sim.surgery.grasp import RIGHT_FINGERS, follow_grasp
 from tissue_sim.surgery.injury import InjuryMonitor
 from tissue_sim.surgery.leak import hole_leak, leaks, root_leaks
+from tissue_sim.surgery.loose_clip import fall, push_aside
 from tissue_sim.surgery.record import Record
 from tissue_sim.surgery.tear import Load, tear, worst_load
 from tissue_sim.thresholds import PIERCED_M, SAC_MAX_STRETCH
 from tissue_sim.tools.arms import LEFT_ARM, RIGHT_ARM
+from tissue_sim.tools.instruments import BLADE_LENGTH_M, CLIP_LENGTH_M
 
 JAWS_OPEN_RAD = 0.25  # assumed: opening of a tool that must precede its closing on tissue
 CLOSING = {  # length from the tip over which a tool acts, and the jaws' distance there as it acts

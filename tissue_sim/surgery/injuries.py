@@ -7,7 +7,7 @@ from collections.abc import Iterator, Sequence
 from tissue_sim.field import Field
 from tissue_sim.patient.at_risk import BRANCHES
 from tissue_sim.patient.organ import TUBES
-from tissue_sim.surgery.clips.clip import Clip
+from tissue_sim.surgery.clip import Clip
 from tissue_sim.surgery.cut import Cut
 from tissue_sim.surgery.grasp import RIGHT_FINGERS, Grasp, pinch_n
 from tissue_sim.surgery.injury import LimitReading

@@ -9,10 +9,11 @@ from tissue_sim.patient.at_risk import BRANCHES, COMMON_DUCT, HEPATIC_ARTERY
 from tissue_sim.patient.material import WALL_THICKNESS_M
 from tissue_sim.structures.sac import Sac
 from tissue_sim.structures.tubes import Tubes
-from tissue_sim.surgery.clips.clip import CLIP_WIDTH_M, Clip, closure
+from tissue_sim.surgery.clip import Clip, closure
 from tissue_sim.surgery.flow import BILE, BLOOD, FlowSegment, Fluid, outflow_m3_s
 from tissue_sim.surgery.parting import Opening
 from tissue_sim.thresholds import LUMEN_CLOSED
+from tissue_sim.tools.instruments import CLIP_WIDTH_M
 
 SIDES = ("body", "gallbladder")  # of a trunk: its two ways out of the field
 HOLE = "hole"  # instead of a side

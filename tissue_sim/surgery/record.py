@@ -1,11 +1,11 @@
-"""Record the field's history: the part of the world's state that is not in arrays."""
+"""Record the field's history and conditions: what of the world's state is not in arrays."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, fields
 
-from tissue_sim.surgery.clips.clip import Clip
-from tissue_sim.surgery.clips.slip import Pull
+from tissue_sim.surgery.clip import Clip
+from tissue_sim.surgery.clip_slip import Pull
 from tissue_sim.surgery.cut import Cut
 from tissue_sim.surgery.grasp import Grasp
 from tissue_sim.surgery.injury import Injury, LimitReading
@@ -55,3 +55,25 @@ class Record:
     def openings(self) -> tuple[Opening, ...]:
         """Return the openings of tubes, from cuts and tears."""
         return (*self.cuts, *self.tears)
+
+
+@dataclass(frozen=True, kw_only=True)
+class Conditions:
+    """Conditions that may change during an operation, except instruments: shares from 0 to 1.
+
+    Attributes:
+        grip: friction of the grasper's jaws over their friction when dry.
+        dyed: share of the tissue's surface under red liquid; it changes only the appearance.
+
+    Raises:
+        ValueError: a share is outside 0 to 1.
+    """
+
+    grip: float = 1.0
+    dyed: float = 0.0
+
+    def __post_init__(self) -> None:
+        for share in fields(self):
+            value = getattr(self, share.name)
+            if not 0.0 <= value <= 1.0:
+                raise ValueError(f"conditions: {share.name} = {value} must be from 0 to 1")

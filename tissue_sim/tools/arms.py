@@ -13,9 +13,9 @@ import numpy as np
 import sapien
 from numpy.typing import NDArray
 
-from tissue_sim.frames import Array, pose, unit
-from tissue_sim.patient.axes import UP, field_point
+from tissue_sim.frames import UP, Array, field_point, pose, unit
 from tissue_sim.read_only import seal
+from tissue_sim.tools.drives import drives, set_drive
 from tissue_sim.tools.instruments import INSTRUMENTS, PATCH_LINKS, Instrument, link_patches
 from tissue_sim.tools.psm import T_yaw_tool, joint_limits
 from tissue_sim.tools.urdf import JOINT_ORDER, urdf_path
@@ -36,34 +36,6 @@ SOLVER_ITERATIONS = 15  # assumed
 CONTACT_OFFSET_M = 0.002  # assumed: distance from which the simulator tests for contact
 PARKED_SLEEP_J_KG = 1e-6  # kinetic energy over mass; any positive value works
 FIRST_GROUP_BIT = 28  # one bit per articulation, in collision-group word 2
-
-
-@dataclass(frozen=True, kw_only=True)
-class Drive:
-    """PD drive of one joint, in N m and rad; in N and m for the insertion.
-
-    The reflected inertia of the motor (kg m2, kg) lets the simulator's few iterations share a load
-    correctly between drive and contact. Without it, the reported force of a drive is too small.
-    """
-
-    stiffness: float
-    reflected_inertia: float
-    force_limit: float
-
-    @property
-    def damping(self) -> float:
-        return DRIVE_LAG_S * self.stiffness
-
-
-DRIVE_LAG_S = 0.005  # assumed: the lag behind a moving target
-ARM_DRIVES = (  # assumed: 1 N bends the tip by less than 0.2 mm, a step overshoots by under 1 %
-    Drive(stiffness=1e3, reflected_inertia=5e-3, force_limit=200.0),
-    Drive(stiffness=1e3, reflected_inertia=5e-3, force_limit=200.0),
-    Drive(stiffness=3e4, reflected_inertia=0.4, force_limit=500.0),
-    Drive(stiffness=50.0, reflected_inertia=3e-4, force_limit=20.0),
-    Drive(stiffness=50.0, reflected_inertia=3e-4, force_limit=10.0),
-    Drive(stiffness=50.0, reflected_inertia=3e-4, force_limit=10.0),
-)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -128,8 +100,8 @@ class _Psm:
         for link in links.values():
             link.entity.name = f"{name}:{link.name}"
             _disable_gravity_and_self_collision(link, group)
-        for joint, drive in zip(self._joints, _drives(instrument), strict=True):
-            _set_drive(joint, drive)
+        for joint, drive in zip(self._joints, drives(instrument), strict=True):
+            set_drive(joint, drive)
         self._palm = links["palm"]
         self.patch_links = [links[name] for name in PATCH_LINKS]
         patches = link_patches(instrument)
@@ -202,24 +174,6 @@ def _disable_gravity_and_self_collision(
         groups = shape.get_collision_groups()
         groups[2] |= 1 << (FIRST_GROUP_BIT + group)  # shapes that share a bit never collide
         shape.set_collision_groups(groups)
-
-
-def _drives(instrument: Instrument) -> tuple[Drive, ...]:
-    torque = instrument.jaw_torque_nm
-    # assumed, as those of the arms: stiffness and inertia
-    finger = Drive(stiffness=20.0, reflected_inertia=1e-4, force_limit=torque)
-    return (*ARM_DRIVES, finger, finger)
-
-
-def _set_drive(joint: sapien.physx.PhysxArticulationJoint, drive: Drive) -> None:
-    joint.set_drive_properties(
-        stiffness=drive.stiffness,
-        damping=drive.damping,
-        force_limit=drive.force_limit,
-        mode="force",
-    )
-    joint.set_friction(0.0)
-    joint.set_armature(np.array([drive.reflected_inertia], np.float32))
 
 
 def _split_jaw(joints: Array) -> Array:

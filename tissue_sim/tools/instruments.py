@@ -1,4 +1,4 @@
-"""Define the exchangeable instruments of a PSM: wrist and jaw dimensions, and contact surfaces.
+"""Define the exchangeable instruments of a PSM: sizes of wrist, jaws and clips, contact surfaces.
 
 The numbers come from the tool table of the da Vinci research kit unless marked "assumed".
 """
@@ -18,6 +18,15 @@ WRIST_RADIUS_M = 0.0035  # assumed: the clevis is slimmer than the shaft
 SHAFT_PATCH_LENGTH_M = 0.080
 
 PATCH_LINKS = ("shaft", "wrist", "finger_plus", "finger_minus")
+
+CLIP_LENGTH_M = 0.0095  # assumed: length of the legs of a medium-large polymer clip
+CLIP_WIDTH_M = 0.0022  # assumed: width along the tube
+BLADE_LENGTH_M = 0.011  # assumed: curved scissors
+BLADE_WIDTH_M = 0.0010  # assumed: thickness of the closed blades
+MOUTHS = {  # length from the tip over which the jaws act, and their width
+    "clip_applier": (CLIP_LENGTH_M, CLIP_WIDTH_M),
+    "scissors": (BLADE_LENGTH_M, BLADE_WIDTH_M),
+}
 
 
 @dataclass(frozen=True, kw_only=True)

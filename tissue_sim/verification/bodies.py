@@ -6,10 +6,9 @@ from typing import Any
 
 import numpy as np
 
-from tissue_sim.frames import Array, axis_angle, pose, unit
+from tissue_sim.frames import AWAY, Array, axis_angle, pose, unit
 from tissue_sim.mechanics.tissue import Tissue, TissueConfig
 from tissue_sim.mechanics.topology import boundary_faces
-from tissue_sim.patient.axes import AWAY
 from tissue_sim.patient.material import Material
 from tissue_sim.patient.mesher import Indices, oriented
 from tissue_sim.patient.organ import TUBES, LiverBed, Organ

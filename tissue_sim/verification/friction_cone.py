@@ -13,9 +13,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from tissue_sim.frames import Array
-from tissue_sim.mechanics.contact.touch import NORMAL_STIFFNESS
 from tissue_sim.mechanics.implicit import PREDICT
 from tissue_sim.mechanics.tissue import Tissue
+from tissue_sim.mechanics.touch import NORMAL_STIFFNESS
 from tissue_sim.verification.bodies import box, organ_of, tissue_of
 
 SIZE_M = (0.06, 0.06, 0.02)

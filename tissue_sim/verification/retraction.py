@@ -12,9 +12,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from tissue_sim.frames import Array
+from tissue_sim.frames import RIGHT, Array
 from tissue_sim.mechanics.tissue import Tissue, TissueConfig
-from tissue_sim.patient.axes import RIGHT
 from tissue_sim.patient.organ import INFUNDIBULUM_M, Organ
 from tissue_sim.verification.statics import displaced, equilibrium, statics_of
 

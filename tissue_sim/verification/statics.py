@@ -17,8 +17,8 @@ from scipy.sparse import csc_matrix, csr_matrix
 from scipy.sparse.linalg import splu
 
 from tissue_sim.frames import Array
-from tissue_sim.mechanics.contact.touch import BED_STIFFNESS, BED_THICKNESS
 from tissue_sim.mechanics.tissue import Tissue
+from tissue_sim.mechanics.touch import BED_STIFFNESS, BED_THICKNESS
 from tissue_sim.patient.mesher import signed_volumes
 from tissue_sim.verification.potentials import Bed, Elements, Links, Potential, Springs
 

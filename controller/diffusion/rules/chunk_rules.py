@@ -10,12 +10,11 @@ from controller.diffusion.chunk_frame import JAW, MOVE
 from controller.diffusion.rules.centring import centre_on_place
 from controller.diffusion.rules.closing import close_in_place
 from controller.diffusion.rules.grasping import complete_grasp
-from controller.diffusion.rules.holding import hold_still
+from controller.diffusion.rules.holding import hold_still, rest_right_arm
 from controller.diffusion.rules.reaching import reach_place
 from controller.diffusion.rules.retreating import retract
 from controller.diffusion.rules.squaring import square_grasper
 from controller.diffusion.rules.unhooking import unhook_grasper
-from controller.diffusion.rules.waiting import rest_right_arm
 from controller.diffusion.scene.scene import Scene
 from planner.rules.rule_use import ANY, RuleCounts, RuleUse
 from planner.task import Task

@@ -1,8 +1,10 @@
-"""Hold jaws still that a chunk hardly moves, and an arm that only holds the gallbladder.
+"""Hold still what should rest: jaws that hardly move, a holding grasper, an arm that waits.
 
 A policy errs a little in each chunk. Where the policy should hold for a minute, errors of one sign
-add up. Without this rule, grasping jaws opened by 0.04 rad a minute (median of 19 procedures), and
-the pinch fell by a fifth. Real graspers have ratchets for this purpose.
+add up. Without `hold_still`, grasping jaws opened by 0.04 rad a minute (median of 19 procedures),
+and the pinch fell by a fifth. Real graspers have ratchets for this purpose. Without
+`rest_right_arm`, an open clip applier drifted onto the duct while a grab took long (25803, spent).
+The expert's other arm stays.
 """
 
 from __future__ import annotations
@@ -13,7 +15,7 @@ from controller.diffusion.chunk_frame import JAW, MOVE, TURN
 from controller.diffusion.scene.scene import Scene
 from planner.task import GRAB, Task
 from tissue_sim.frames import Array
-from tissue_sim.tools.arms import LEFT_ARM
+from tissue_sim.tools.arms import LEFT_ARM, RIGHT_ARM
 
 HELD_RAD = 0.01  # jaws that close or open move fifty times as far in a chunk
 HELD_M, HELD_TURN_RAD = 1e-4, 0.002  # a grasper that should move does so ten times as far
@@ -40,4 +42,21 @@ def hold_still(chunk: Array, scene: Scene, task: Task, commanded: Array) -> Arra
     left_rests = task != GRAB and not scene.is_corrected
     if left_rests and moves_m < HELD_M and turns_rad < HELD_TURN_RAD:
         left[:, MOVE], left[:, TURN] = 0.0, UNTURNED
+    return arms.reshape(chunk.shape)
+
+
+def rest_right_arm(chunk: Array, scene: Scene, task: Task, commanded: Array) -> Array:
+    """Return a chunk (n, 20) in which the right arm stays, if the task is to grab.
+
+    Args:
+        chunk: The chunk, in the form of `chunk_frame`; it is unchanged.
+        scene: The scene at the chunk's start, which has no influence.
+        task: The running task.
+        commanded: (m, 2) jaw angles commanded before the chunk, which have no influence.
+    """
+    del scene, commanded
+    if task != GRAB:
+        return chunk
+    arms = chunk.reshape(len(chunk), 2, -1).copy()
+    arms[:, RIGHT_ARM, MOVE], arms[:, RIGHT_ARM, TURN] = 0.0, UNTURNED
     return arms.reshape(chunk.shape)

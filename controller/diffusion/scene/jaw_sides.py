@@ -11,13 +11,12 @@ import torch
 from torch import Tensor
 
 from controller.diffusion.scene.places import FIRST, SECOND, Places
-from controller.jaw_margins import CLEARANCE_M, FIRM_ROOM_M, OFF_CENTRE_M
+from controller.expert.motion import CLEARANCE_M, FIRM_ROOM_M, OFF_CENTRE_M
 from tissue_sim.outcome.clip_rule import FEWEST_CLIPS, USUAL_CLIPS
 from tissue_sim.patient.at_risk import COMMON_DUCT, HEPATIC_ARTERY, RADIUS_M
 from tissue_sim.sensing.tissue_features import FAR_SCALE_M, NEAR_SCALE_M, duct_is_left
 from tissue_sim.tools.arms import RIGHT_ARM
-from tissue_sim.tools.clip_size import CLIP_LENGTH_M
-from tissue_sim.tools.instruments import INSTRUMENTS
+from tissue_sim.tools.instruments import CLIP_LENGTH_M, INSTRUMENTS
 
 LOW = (FIRST[USUAL_CLIPS], SECOND, FIRST[FEWEST_CLIPS])  # rows of `Places`
 APPLIER = INSTRUMENTS["clip_applier"]
@@ -53,7 +52,7 @@ def lines_at_risk_m(now: dict[str, Tensor]) -> Tensor:
     """Return points (B, 10, 3) of the common bile duct, then of the hepatic artery, in order.
 
     Each line also passes under its branch's first point, which lies on the structure's wall. There
-    the branch draws the structure out, as in `controller.safety.seen.seen_obstacles.trunk_line`.
+    the branch draws the structure out, as in `controller.safety.seen_obstacles.trunk_line`.
     """
     left = duct_is_left(now)[:, None, None]
     duct = torch.where(left, now["left_tube_m"], now["right_tube_m"])

@@ -15,8 +15,7 @@ from tissue_sim.frames import Array
 from tissue_sim.outcome.clip_rule import USUAL_CLIPS
 from tissue_sim.sensing.observation import CLIP_APPLIER, SCISSORS, Observation
 from tissue_sim.tools.arms import RIGHT_ARM
-from tissue_sim.tools.blade_size import BLADE_LENGTH_M
-from tissue_sim.tools.clip_size import CLIP_LENGTH_M
+from tissue_sim.tools.instruments import BLADE_LENGTH_M, CLIP_LENGTH_M
 
 BESIDE_M = 0.006  # of the jaws from the tube at the chunk's end; farther off it is free; assumed
 WITHIN_M = 1e-4  # to either side of a place; assumed

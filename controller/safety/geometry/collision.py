@@ -9,15 +9,15 @@ from functools import cache, cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-from controller.safety.geometry.chain_gaps import chain_gaps
-from controller.safety.geometry.core_gaps import CORE_GAP, NO_LINK, CoreGaps
-from controller.safety.geometry.gap import MM, Core, Gap, gap
+from controller.safety.geometry.gap import MM, TOUCHING_MM, Core, Gap, gap, overlap
 from controller.safety.geometry.link_cores import N_LINK, SHAFT, LinkCores, link_cores
 from controller.safety.geometry.rigid_surface import SurfaceModel
+from controller.safety.geometry.segment_gap import segment_gaps
 from controller.safety.geometry.slabs import half_a_sphere, joined
 from controller.safety.obstacles import (
     LIVER,
     PORT_WALL,
+    Capsules,
     RigidSurroundings,
     Surroundings,
 )
@@ -28,8 +28,25 @@ from tissue_sim.tools.instruments import Instrument
 ACTIVATION_M = 0.010  # pairs farther apart set no bound; must exceed `NEAR_AT_RISK_M`; assumed
 OTHER_ARM = "right arm"  # the obstacle's name for links of the left arm
 N_DIRECTION = 32
+ALONGSIDE_M = 0.001  # assumed: capsules hardly farther than the nearest one of a chain
 Pair = tuple[int, int, str, int]  # arm, link, obstacle, other link
 _SHAFTS = [SHAFT, N_LINK + SHAFT]
+NO_LINK = -1
+
+# A table of the gaps between the links' cores and near obstacles: one row per pair.
+CORE_GAP = np.dtype(
+    [
+        ("link", np.int32),  # 0 to 7, left arm first
+        ("obstacle", np.int32),  # in a list of names
+        ("other_link", np.int32),  # 0 to 3, of the right arm where that is the obstacle
+        ("apart_m", float),  # below 0: this deep
+        ("on_link_m", float, 3),  # nearest points of the cores, world frame
+        ("on_other_m", float, 3),
+        ("other_radius_m", float),  # about the other's core
+        ("foremost", bool),  # of a chain, nearest to the link or hardly farther
+    ]
+)
+CoreGaps = NDArray[np.void]  # (n,) of CORE_GAP
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -214,3 +231,26 @@ def _among(names: tuple[str, ...], wanted: tuple[str, ...]) -> NDArray[np.bool_]
 def _distance_m(gaps: CoreGaps, radius_m: Array) -> Array:
     """Return the distances (n,) between the surfaces, given the links' radii (8,)."""
     return gaps["apart_m"] - radius_m[gaps["link"]] - gaps["other_radius_m"]
+
+
+def chain_gaps(links: LinkCores, chains: Capsules, within_m: float) -> CoreGaps:
+    """Return the gaps of links and capsules nearer than `within_m`; `obstacle` counts chains."""
+    radii_m = links.radius_m[:, None] + chains.radius_m
+    apart_m, on_link, on_chain = segment_gaps(
+        links, chains.start_m, chains.end_m, within_m + radii_m
+    )
+    touching = apart_m <= TOUCHING_MM / MM
+    for k, capsule in np.argwhere(touching).tolist() if touching.any() else ():
+        ends_m = np.stack([chains.start_m[capsule], chains.end_m[capsule]])
+        found = overlap(links.core(k), Core(MM * ends_m))
+        apart_m[k, capsule] = found.distance_mm / MM
+        on_link[k, capsule], on_chain[k, capsule] = found.a_mm / MM, found.b_mm / MM
+    distance_m = apart_m - radii_m
+    nearest_m = np.minimum.reduceat(distance_m, chains.first, axis=1)
+    pair = link, capsule = np.nonzero(distance_m < within_m)
+    gaps = np.empty(len(link), CORE_GAP)
+    gaps["link"], gaps["obstacle"], gaps["other_link"] = link, chains.chain[capsule], NO_LINK
+    gaps["apart_m"], gaps["other_radius_m"] = apart_m[pair], chains.radius_m[capsule]
+    gaps["on_link_m"], gaps["on_other_m"] = on_link[pair], on_chain[pair]
+    gaps["foremost"] = distance_m[pair] < nearest_m[link, gaps["obstacle"]] + ALONGSIDE_M
+    return gaps

@@ -1,4 +1,7 @@
-"""Compute signed distances of cores to a rigid surface over tissue, by a BVH built once."""
+"""Compute signed distances of cores to a rigid surface over tissue, by a BVH built once.
+
+The abdominal wall from inside is such a surface; the simulator neither draws nor checks it.
+"""
 
 from __future__ import annotations
 
@@ -11,6 +14,7 @@ from numpy.typing import NDArray
 from controller.safety.geometry.gap import MM, TOUCHING_MM, Core, Gap, nearest_points
 from controller.safety.geometry.slabs import Slabs
 from tissue_sim.frames import Array, unit
+from tissue_sim.rendering.shapes import sheet
 
 BEHIND = -0.7  # cosine to the normal: nearest points of a smooth surface have 1 or -1
 SAMPLE_M = 0.002  # along a core that pierces the surface
@@ -92,3 +96,22 @@ def _patches(points_m: Array, triangles: NDArray[np.integer]) -> list[NDArray[np
     across = centres[:, np.argmax(np.ptp(centres, axis=0))]
     parts = np.array_split(triangles[np.argsort(across)], 2)
     return [patch for part in parts for patch in _patches(points_m, part)]
+
+
+HALF_SIZE_M = 0.30  # farther than an instrument reaches from its port
+
+
+def port_wall(ports_world_m: Array) -> RigidSurface:
+    """Return the wall around two ports (2, 3); the world's origin is inside.
+
+    The wall is assumed flat, as an inflated abdomen is within centimetres of the ports. The wall
+    has no holes: shafts are not checked against it, and a wrist stays farther inside than its
+    cannula. Through a hole the other instrument could leave, and be behind the wall without a
+    warning.
+    """
+    middle = ports_world_m.mean(axis=0)
+    outward, across = unit(middle), unit(ports_world_m[1] - middle)
+    x, y = np.meshgrid(*[[-HALF_SIZE_M, HALF_SIZE_M]] * 2)
+    points = middle + x[..., None] * across + y[..., None] * np.cross(outward, across)
+    wall = sheet(points, 2.0 * HALF_SIZE_M)
+    return RigidSurface(points_m=points.reshape(-1, 3), triangles=wall.triangles)

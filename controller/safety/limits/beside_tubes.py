@@ -8,7 +8,7 @@ import numpy as np
 
 from controller.safety.bounds import NO_BOUNDS, Bounds, on_joints
 from controller.safety.exemption import FIRM
-from controller.safety.limits.joint_speed import OF_BOTH_ARMS
+from controller.safety.limits.joint_limits import OF_BOTH_ARMS
 from controller.safety.limits.tissue_force import FELT_N
 from controller.safety.situation import Situation
 

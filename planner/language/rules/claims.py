@@ -7,8 +7,7 @@ from collections.abc import Iterator
 from functools import cache
 from typing import cast
 
-from planner.language.rules.phrase_lists import phrase_lists, whole_words
-from planner.language.rules.plain_letters import in_plain_letters
+from planner.language.rules.phrase_search import in_plain_letters, phrase_lists, whole_words
 from planner.language.rules.questions import question_in
 from planner.person.premises import Claim, Claimed, Where
 

@@ -5,8 +5,7 @@ from __future__ import annotations
 import re
 from functools import cache
 
-from planner.language.rules.phrase_lists import phrase_lists
-from planner.language.rules.plain_letters import in_plain_letters
+from planner.language.rules.phrase_search import in_plain_letters, phrase_lists
 
 _TELLS = re.compile(
     r"((you|it|that|they|we)( are| re| is| s|'re|'s|'ll| ll| were| was)|did|is|are|was|were|has"

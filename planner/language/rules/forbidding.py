@@ -6,8 +6,7 @@ import re
 from collections.abc import Iterator
 
 from planner.language.rules.dangers import danger_in
-from planner.language.rules.phrase_lists import phrase_lists, whole_words
-from planner.language.rules.plain_letters import in_plain_letters
+from planner.language.rules.phrase_search import in_plain_letters, phrase_lists, whole_words
 from planner.language.rules.warning import warns
 from planner.person.prohibition import ACTS, Act, Prohibition
 

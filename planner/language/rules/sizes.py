@@ -1,12 +1,19 @@
-"""How far a correction goes: a length that is said, or how much "a bit" and "much" are."""
+"""Read how far or how fast an arm goes: a length, a share of another motion, or a speed.
+
+Examples are "2 mm", "a bit", "half of that", "likewise" and "half speed".
+"""
 
 from __future__ import annotations
 
 import re
 from dataclasses import dataclass
 
-from planner.language.rules.phrase_lists import phrase_lists, whole_words
-from planner.language.rules.plain_letters import not_drawn_out
+from planner.language.rules.phrase_search import (
+    in_plain_letters,
+    not_drawn_out,
+    phrase_lists,
+    whole_words,
+)
 
 SMALL_M, LARGE_M = 0.0015, 0.008  # "a bit", "much"; assumed
 SHORTEST_M = 2e-4  # less is gone as soon as it is said (`planner.person.orders.REACHED_M`); assumed
@@ -156,3 +163,66 @@ def _number(said: str) -> float:
         return whole + float(f"0.{round(_NUMBERS.get(digits, 0)) or digits}")
     whole, _, under = said.replace(" ", "").replace(",", ".").partition("/")
     return float(whole) / float(under or 1.0) if float(under or 1.0) else 0.0
+
+
+# Speeds
+
+_LINK = re.compile(r"[ ,]*\b(at|with|in|and|but|a bit|a little|much)? *$")
+
+
+def speed_in(text: str) -> str:
+    """Return "slower", "faster", "half", "normal", or "" if no speed is said."""
+    speed, _ = _found(in_plain_letters(text))
+    return speed
+
+
+def without_speed(text: str) -> str:
+    """Return a sentence in plain letters without the words about a speed: "clip the duct"."""
+    words = in_plain_letters(text)
+    _, found = _found(words)
+    if found is None:
+        return text
+    before = _LINK.sub("", words[: found.start()])
+    return f"{before} {words[found.end() :].lstrip(' ,')}".strip()
+
+
+def _found(words: str) -> tuple[str, re.Match[str] | None]:
+    lists = phrase_lists("speeds")["speeds"]
+    found = ((speed, whole_words(ps).search(words)) for speed, ps in lists.items())
+    return next(((speed, at) for speed, at in found if at), ("", None))
+
+
+# Echoes: a part of a sentence says its motion by the part before
+
+_FAR = r"(?:much|far)"
+_TIMES = {
+    rf"half (?:of )?(?:that|as {_FAR})(?: again)?|(?<=by )half(?! an?\b)(?! \w*met)"
+    r"|half (?:of )?it|half the (?:distance|amount|way)": 0.5,
+    rf"a (?:quarter|fourth) (?:of (?:that|it)|as {_FAR})|(?:by )?a quarter as {_FAR}": 0.25,
+    rf"a third (?:of that|as {_FAR})": 1 / 3,
+    rf"(?:twice|two times) (?:that|as {_FAR}|the (?:distance|amount))|double(?: that)?": 2.0,
+    rf"(?:three times|thrice) (?:that|as {_FAR})|triple(?: that)?": 3.0,
+    r"likewise|ditto|(?:the )?same(?! (?:arm|hand|gripper|one|side)\b)"
+    r"(?: again)?(?: (?:way|amount|distance|thing|direction|for))?"
+    r"|(?:by )?the same(?: (?:again|amount|distance))?|as (?:much|far)|so too": 1.0,
+}
+_PATTERNS = {re.compile(rf"\b(?:by )?(?:{said})\b"): times for said, times in _TIMES.items()}
+
+
+@dataclass(frozen=True, kw_only=True)
+class Echo:
+    """What a part says besides, and how many times as far as the motion before it goes."""
+
+    text: str
+    times: float
+
+
+def echo_in(part: str) -> Echo | None:
+    """Return what a part says of the motion before it; None if it says nothing of it."""
+    text, times, found = part, 1.0, False
+    for pattern, factor in _PATTERNS.items():
+        text, n = pattern.subn(" ", text)
+        found, times = found or bool(n), times * (factor if n else 1.0)
+    return (
+        Echo(text=" ".join(re.sub(r"\bbut\b|,", " ", text).split()), times=times) if found else None
+    )

@@ -9,8 +9,7 @@ from __future__ import annotations
 import re
 from functools import cache
 
-from planner.language.rules.phrase_lists import phrase_lists, whole_words
-from planner.language.rules.plain_letters import in_plain_letters
+from planner.language.rules.phrase_search import in_plain_letters, phrase_lists, whole_words
 
 
 def warns(text: str) -> bool:

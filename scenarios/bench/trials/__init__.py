@@ -1,1 +1,1 @@
-"""How does a bench examine one patient? By attacks, storms, corrections and other trials."""
+"""How does a bench examine a patient, or an input? By attacks, storms, faults and other trials."""

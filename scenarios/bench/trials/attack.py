@@ -12,12 +12,12 @@ from dataclasses import dataclass
 import numpy as np
 
 from controller.links import tool_jacobian
-from controller.safety.limits.joint_speed import JOINT_SPEED
+from controller.safety.limits.joint_limits import JOINT_SPEED
 from controller.safety.obstacles import LIVER, PORT_WALL, RigidSurroundings, Surroundings
+from tissue_sim.constants import CONTROL_PERIOD_S
 from tissue_sim.frames import Array, unit
-from tissue_sim.outcome.jaws import GALLBLADDER
 from tissue_sim.patient.at_risk import AT_RISK
-from tissue_sim.periods import CONTROL_PERIOD_S
+from tissue_sim.structures.tubes import GALLBLADDER
 from tissue_sim.tools.arms import LEFT_ARM, RIGHT_ARM
 from tissue_sim.tools.instruments import Instrument
 from tissue_sim.tools.psm import INSERTION_AT_RCM_M, forward_kinematics, joint_limits

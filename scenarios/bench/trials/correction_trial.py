@@ -14,7 +14,7 @@ import numpy as np
 
 from controller.expert.targets import clip_pose, cut_pose, grasp_pose
 from planner.command import COMMANDS
-from planner.criteria import structure_of, task_done
+from planner.scripted import structure_of, task_done
 from planner.task import Task
 from scenarios.demonstration.labels import correction_of
 from scenarios.episode import Episode
@@ -23,8 +23,8 @@ from scenarios.loop.episode_config import EpisodeConfig
 from scenarios.loop.step import Step
 from scenarios.recording.snapshot import Snapshot
 from scenarios.run_episode import begin
+from tissue_sim.constants import CONTROL_PERIOD_S
 from tissue_sim.frames import Array
-from tissue_sim.periods import CONTROL_PERIOD_S
 from tissue_sim.tools.arms import LEFT_ARM, RIGHT_ARM
 from tissue_sim.world import World
 

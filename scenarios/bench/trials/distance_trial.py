@@ -21,9 +21,9 @@ from scenarios.files.errors import describe_with_place
 from scenarios.loop.episode_config import EpisodeConfig
 from scenarios.loop.step import Step
 from scenarios.run_episode import begin
+from tissue_sim.constants import CONTROL_PERIOD_S
 from tissue_sim.frames import Array
 from tissue_sim.outcome.nurse import EXCHANGE_S
-from tissue_sim.periods import CONTROL_PERIOD_S
 
 When = Literal["exchange", "work", "hold"]
 WHEN: dict[When, str] = {"exchange": "in an exchange", "work": "at work", "hold": "in a hold"}

@@ -22,10 +22,9 @@ from tempfile import TemporaryDirectory
 import numpy as np
 
 from scenarios.bench.trials.calot_process import CalotProcess
-from scenarios.commands.options.output_path import claimed
-from scenarios.files.errors import BadInputError
-from scenarios.files.exit_codes import BAD_INPUT
-from scenarios.files.names import RESULTS
+from scenarios.commands.folder_options import claimed
+from scenarios.files.errors import BAD_INPUT, BadInputError
+from scenarios.files.sums import RESULTS
 from scenarios.recording.recorder import load
 
 EPISODES = 6

@@ -19,15 +19,14 @@ import numpy as np
 import warp as wp
 from numpy.typing import NDArray
 
-from tissue_sim.frames import Array
+from tissue_sim.constants import CONTROL_PERIOD_S
+from tissue_sim.frames import UP, Array
 from tissue_sim.mechanics.tissue import Tissue, TissueConfig
 from tissue_sim.patient.anatomy import Anatomy
 from tissue_sim.patient.at_risk import AT_RISK, BRANCHES
-from tissue_sim.patient.axes import UP
 from tissue_sim.patient.material import DENSITY_KG_M3, TIE_STIFFNESS, lame_of
 from tissue_sim.patient.mesher import Indices
 from tissue_sim.patient.organ import REGIONS, Organ, build_organ
-from tissue_sim.periods import CONTROL_PERIOD_S
 
 RETRACTION_M = 0.020
 DRAWN_STEPS = 30  # control steps of retraction; then hold

@@ -16,8 +16,8 @@ from typing import Literal
 import numpy as np
 
 from planner.correction import CORRECTIONS, DIRECTION_ENDOSCOPE, Correction
-from planner.criteria import structure_of
 from planner.instruction import TASKS, Instruction
+from planner.scripted import structure_of
 from scenarios.demonstration.interjections import is_harmless
 from scenarios.demonstration.labels import THRESHOLD_RAD
 from scenarios.episode import Episode
@@ -25,8 +25,8 @@ from scenarios.files.errors import describe_with_place
 from scenarios.loop.episode_config import EpisodeConfig
 from scenarios.run_episode import begin
 from tissue_sim.frames import Array
-from tissue_sim.outcome.jaws import between_jaws
 from tissue_sim.sensing.observation import Observation
+from tissue_sim.structures.tubes import between_jaws
 from tissue_sim.tools.arms import RIGHT_ARM
 from tissue_sim.world import World
 

@@ -14,10 +14,9 @@ import numpy as np
 
 from controller.action import ToolAction
 from controller.driver import Driver, rig_of
-from tissue_sim.frames import Array, exponential, rotation_to_6d, unit
-from tissue_sim.patient.axes import AWAY, RIGHT
+from tissue_sim.constants import CONTROL_PERIOD_S
+from tissue_sim.frames import AWAY, RIGHT, Array, exponential, rotation_to_6d, unit
 from tissue_sim.patient.organ import TUBES
-from tissue_sim.periods import CONTROL_PERIOD_S
 from tissue_sim.tools.arms import LEFT_ARM, RIGHT_ARM, JointCommand
 from tissue_sim.tools.psm import forward_kinematics
 from tissue_sim.world import World

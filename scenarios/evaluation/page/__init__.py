@@ -1,1 +1,1 @@
-"""A report as a page; each section has its own file."""
+"""A report as a page; sections that are alike share a file."""

@@ -5,21 +5,18 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
+from scenarios.evaluation.page.arm_comparison import paired
+from scenarios.evaluation.page.failures import failures
+from scenarios.evaluation.page.foresight import foresight
 from scenarios.evaluation.page.head import head
+from scenarios.evaluation.page.ladders import ladders
+from scenarios.evaluation.page.language import language
 from scenarios.evaluation.page.parts import section
-from scenarios.evaluation.page.sections.arm_comparison import paired
-from scenarios.evaluation.page.sections.conditions import conditions
-from scenarios.evaluation.page.sections.failures import failures
-from scenarios.evaluation.page.sections.foresight import foresight
-from scenarios.evaluation.page.sections.ladders import ladders
-from scenarios.evaluation.page.sections.language import language
-from scenarios.evaluation.page.sections.pass_rates import pass_rates
-from scenarios.evaluation.page.sections.senses import senses
-from scenarios.evaluation.page.sections.srt_h import beside_srt_h
-from scenarios.evaluation.page.sections.thresholds import thresholds
-from scenarios.evaluation.page.sections.times import times
-from scenarios.evaluation.page.sections.which_patients import which_patients
+from scenarios.evaluation.page.pass_rates import conditions, pass_rates, times, which_patients
+from scenarios.evaluation.page.senses import senses
 from scenarios.evaluation.page.sheet import sheet
+from scenarios.evaluation.page.srt_h import beside_srt_h
+from scenarios.evaluation.page.thresholds import thresholds
 from scenarios.evaluation.report import Report
 from scenarios.files.outside_text import in_html
 from scenarios.files.strict_json import dumps

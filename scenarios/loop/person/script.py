@@ -6,7 +6,7 @@ import math
 from dataclasses import dataclass
 from pathlib import Path
 
-from planner.learning.strict_text import from_json
+from planner.learning.files import from_json
 from scenarios.files.errors import BadInputError
 
 MOST_BYTES = 1_000_000

@@ -14,15 +14,15 @@ import numpy as np
 
 from controller.expert.targets import belongs_here, clip_pose, cut_pose
 from planner.correction import CORRECTIONS, DIRECTION_ENDOSCOPE
-from planner.criteria import structure_of, task_done
+from planner.scripted import structure_of, task_done
 from planner.task import TASKS, Task
 from scenarios.loop.person.inbox import Inbox
 from scenarios.loop.results import EpisodeResult
 from scenarios.loop.step import Step
+from tissue_sim.constants import CONTROL_PERIOD_S
 from tissue_sim.frames import Array, inverse_pose
 from tissue_sim.outcome.clip_rule import USUAL_CLIPS
-from tissue_sim.outcome.jaws import between_jaws
-from tissue_sim.periods import CONTROL_PERIOD_S
+from tissue_sim.structures.tubes import between_jaws
 from tissue_sim.tools.arms import RIGHT_ARM
 from tissue_sim.world import World
 

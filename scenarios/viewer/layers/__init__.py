@@ -1,1 +1,1 @@
-"""What is drawn in the 3D scene? Each file draws one kind of object."""
+"""What is drawn in the 3D scene? Each file draws objects of one kind."""

@@ -1,4 +1,4 @@
-"""Layer of both arms' instruments, link by link."""
+"""Layers of both arms' instruments, link by link, and of the clips."""
 
 from __future__ import annotations
 
@@ -6,8 +6,10 @@ import numpy as np
 import viser
 
 from scenarios.viewer.frame import Frame, Patient
-from scenarios.viewer.layers.layer import SEEN_TURN, glb, show, wxyz
+from scenarios.viewer.layers.layer import SEEN_TURN, glb, show, srgb, wxyz
 from tissue_sim.frames import Array, inverse_pose
+from tissue_sim.rendering.clip_shape import LOOK as CLIP
+from tissue_sim.rendering.clip_shape import leg
 from tissue_sim.tools.arms import LEFT_ARM, RIGHT_ARM
 from tissue_sim.tools.instrument_meshes import link_parts, with_finish
 from tissue_sim.tools.instruments import INSTRUMENTS, PATCH_LINKS, Instrument
@@ -62,3 +64,29 @@ def _T_world_links(frame: Frame) -> Array:
     tools = [INSTRUMENTS[name] for name in frame.tools]
     palms = frame.T_world_tool @ np.stack([inverse_pose(T_yaw_tool(tool)) for tool in tools])
     return np.concatenate([frame.T_world_link, palms[:, None]], axis=1)
+
+
+class ClipLayer:
+    """The clips on tissue, loose in the field, and in the applier.
+
+    One mesh, the leg of a clip, is drawn at many poses.
+    """
+
+    def __init__(self, scene: viser.SceneApi, root: str, patient: Patient) -> None:
+        del patient
+        self._legs = scene.add_batched_meshes_simple(
+            f"{root}/clips",
+            np.asarray(leg().points, np.float32),
+            np.asarray(leg().triangles, np.uint32),
+            batched_wxyzs=np.zeros((0, 4)),
+            batched_positions=np.zeros((0, 3)),
+            batched_colors=srgb(CLIP.colour),
+            flat_shading=True,
+            lod="off",
+        )
+
+    def update(self, frame: Frame) -> None:
+        """Move the legs to their poses."""
+        T = frame.T_world_leg
+        show(self._legs, "batched_positions", T[:, :3, 3])
+        show(self._legs, "batched_wxyzs", wxyz(T[:, :3, :3]), SEEN_TURN)

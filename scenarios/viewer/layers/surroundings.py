@@ -1,4 +1,4 @@
-"""Layers of liver, fat and abdominal wall: textured and rigid."""
+"""Layers of the rigid surroundings (liver, fat and abdominal wall) and of the endoscope's light."""
 
 from __future__ import annotations
 
@@ -13,13 +13,17 @@ from trimesh.visual import TextureVisuals
 from trimesh.visual.material import PBRMaterial
 
 from scenarios.viewer.frame import Frame, Patient
-from scenarios.viewer.layers.layer import glb, show
-from tissue_sim.frames import Array
-from tissue_sim.rendering.drawn.drawing import Surface
-from tissue_sim.rendering.drawn.drawn_surroundings import surroundings
+from scenarios.viewer.layers.layer import Rgb, glb, show
+from tissue_sim.frames import Array, pose
+from tissue_sim.rendering.drawing import Surface
+from tissue_sim.rendering.drawn_surroundings import surroundings
+from tissue_sim.rendering.illumination import LAMP_BESIDE_M
 from tissue_sim.rendering.textures import BLURRED_RELIEF, Look, colours, relief
 
 CAVITY = "cavity"
+XENON: Rgb = (255, 247, 235)
+INTENSITY_CD = 0.02  # assumed: looks like the renderer's picture
+FILL = 0.12  # intensity of viser's "studio" light from all sides
 
 
 class SurroundingsLayer:
@@ -45,6 +49,21 @@ class CavityLayer:
 
     def update(self, frame: Frame) -> None:
         """Do nothing: the wall does not move."""
+
+
+class LampLayer:
+    """A lamp at the endoscope's tip, and a weak light from all sides."""
+
+    def __init__(self, scene: viser.SceneApi, root: str, patient: Patient) -> None:
+        del patient
+        scene.configure_default_lights(enabled=False)
+        scene.configure_environment_map("studio", environment_intensity=FILL)
+        self._lamp = scene.add_light_point(f"{root}/lamp", color=XENON, intensity=INTENSITY_CD)
+
+    def update(self, frame: Frame) -> None:
+        """Move the lamp with the endoscope."""
+        lamp = frame.T_world_endoscope @ pose(np.eye(3), LAMP_BESIDE_M)
+        show(self._lamp, "position", lamp[:3, 3])
 
 
 def _glb(surface: Surface, look: Look) -> bytes:

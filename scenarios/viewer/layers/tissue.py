@@ -1,4 +1,4 @@
-"""Layer of the deforming gallbladder, duct and artery, and their cut faces."""
+"""Layers of the tissue: organ, duct and artery, their connective tissue, and leaks."""
 
 from __future__ import annotations
 
@@ -8,7 +8,10 @@ import viser
 from scenarios.viewer.frame import Frame, Patient
 from scenarios.viewer.layers.layer import SEEN_M, Rgb, show, srgb
 from tissue_sim.mechanics.topology import surface_faces
-from tissue_sim.rendering.drawn.drawn_tissue import looks
+from tissue_sim.rendering.drawn_leaks import LEAK_LOOKS
+from tissue_sim.rendering.drawn_strands import LOOK as STRAND
+from tissue_sim.rendering.drawn_strands import STRAND_RADIUS_M
+from tissue_sim.rendering.drawn_tissue import looks
 from tissue_sim.rendering.skin import build_skin
 from tissue_sim.rendering.textures import DYE, Look
 
@@ -16,8 +19,9 @@ SPLITS = 2  # subdivisions: about 3,300 triangles, smooth enough on a screen
 
 
 class TissueLayer:
-    """The tissue's skin: triangles are sent only after a cut, otherwise only points.
+    """The skin of the deforming gallbladder, duct and artery, and their cut faces.
 
+    Triangles are sent only after a cut, otherwise only points.
     Most of the time the tissue hardly moves: then nothing is computed or sent.
     """
 
@@ -78,3 +82,46 @@ def _rgb(look: Look) -> Rgb:
     clean, dye = np.array(look.colour), np.array(DYE)
     red, green, blue = (1.0 - look.dyed) * clean + look.dyed * dye
     return srgb((red, green, blue))
+
+
+class StrandLayer:
+    """A thread for each intact strand of connective tissue."""
+
+    def __init__(self, scene: viser.SceneApi, root: str, patient: Patient) -> None:
+        del patient
+        self._threads = scene.add_line_segments(
+            f"{root}/strands",
+            np.zeros((0, 2, 3)),
+            srgb(STRAND.colour),
+            thickness=2.0 * STRAND_RADIUS_M,
+        )
+
+    def update(self, frame: Frame) -> None:
+        """Move the threads with the strands."""
+        show(self._threads, "points", frame.strands_m)
+
+
+class LeakLayer:
+    """One mesh for each structure that leaks bile or blood."""
+
+    def __init__(self, scene: viser.SceneApi, root: str, patient: Patient) -> None:
+        del patient
+        self._scene, self._root = scene, f"{root}/leaks"
+        self._meshes: dict[str, viser.MeshHandle] = {}
+
+    def update(self, frame: Frame) -> None:
+        """Draw the leaks of this frame."""
+        for name in self._meshes.keys() - frame.leaks.keys():
+            self._meshes.pop(name).remove()
+        for name, surface in frame.leaks.items():
+            points = np.asarray(surface.points, np.float32)
+            known = self._meshes.get(name)
+            if known is not None and known.vertices.shape == points.shape:
+                known.vertices = points
+            else:
+                self._meshes[name] = self._scene.add_mesh_simple(
+                    f"{self._root}/{name}",
+                    points,
+                    np.asarray(surface.triangles, np.uint32),
+                    color=srgb(LEAK_LOOKS[name].colour),
+                )

@@ -1,1 +1,1 @@
-"""Which panels stand beside the 3D scene? Each file is one panel."""
+"""Which panels stand beside the 3D scene? Each file holds panels of one kind."""

@@ -4,14 +4,14 @@ from __future__ import annotations
 
 import viser
 
-from scenarios.viewer.scene import OPTIONAL, Scene, look_through
+from scenarios.viewer.scene import OPTIONAL, ViewerScene, look_through
 from scenarios.viewer.session_state import Asks, SessionState, State
 
 
 class LookPanel:
     """Check boxes for layers, for all tabs; dark or light, for each tab."""
 
-    def __init__(self, gui: viser.GuiApi, scene: Scene, ask: Asks) -> None:
+    def __init__(self, gui: viser.GuiApi, scene: ViewerScene, ask: Asks) -> None:
         self._ask, self._scene = ask, scene
         with gui.add_folder("View", expand_by_default=False):
             view = gui.add_button("Look through the endoscope", icon=viser.Icon.EYE, color="gray")

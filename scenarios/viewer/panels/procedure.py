@@ -1,14 +1,15 @@
-"""Panel with the current instruction and the progress of the 17 tasks."""
+"""Panels that show the procedure: instruction, progress of the 17 tasks, endoscope's picture."""
 
 from __future__ import annotations
 
+import numpy as np
 import viser
 
 from planner.instruction import TASKS, Instruction, Task
 from scenarios.files.outside_text import in_html
 from scenarios.recording.event_log import EpisodeStatus, progress_of
 from scenarios.recording.reasons import in_detail
-from scenarios.viewer.session_state import Asks, State
+from scenarios.viewer.session_state import Asks, SessionState, State
 from tissue_sim.tools.arms import LEFT_ARM
 
 _PLANNER, _HUMAN, _FORBIDDEN = "#1c7ed6", "#e8590c", "#c92a2a"
@@ -30,6 +31,20 @@ class ProcedurePanel:
         self._bar.value = 100.0 * progress_of(status)
         rows = "".join(_row(task, status) for task in TASKS)
         self._tasks.content = f'<div class="calot"><table>{rows}</table></div>'
+
+
+class CameraPanel:
+    """The endoscope's picture, a few times a second, if pictures are rendered."""
+
+    def __init__(self, gui: viser.GuiApi, ask: Asks) -> None:
+        self._image = gui.add_image(
+            np.zeros((3, 4, 3), np.uint8), label="endoscope", visible=ask(SessionState.state).camera
+        )
+
+    def update(self, state: State) -> None:
+        """Show the newest picture."""
+        if state.picture is not None:
+            self._image.image = state.picture
 
 
 def _now(status: EpisodeStatus, paused: bool) -> str:

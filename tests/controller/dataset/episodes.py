@@ -6,7 +6,7 @@ from controller.dataset.dataset_episode import DatasetEpisode, Header
 from controller.dataset.part import part_bytes, video_path
 from controller.dataset.schema import PICTURE_SHAPE, TEXTS, demonstrated
 from controller.dataset.tables import strings
-from tissue_sim.saving.video import Video
+from tissue_sim.rendering.video import Video
 
 
 def random_episode(seed, frames=50, cameras=(), **changes):

@@ -16,7 +16,7 @@ from controller.dataset.reader import read_episodes
 from controller.dataset.schema import ENCODED_SIZE, FPS, PICTURE_SHAPE, PICTURES, STATE, TISSUE
 from controller.dataset.videos import pictures
 from tests.controller.dataset.episodes import frame_of, grey, random_episode, write_parts
-from tissue_sim.saving.video import Video
+from tissue_sim.rendering.video import Video
 
 CAMERAS = ("endoscope_left", "wrist_right")
 SEEDS = (3, 4)

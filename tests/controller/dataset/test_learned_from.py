@@ -8,10 +8,10 @@ import pytest
 from controller.dataset.choice import Choice
 from controller.dataset.merge import merge
 from controller.dataset.part import part_bytes
+from controller.dataset.reader import COPIES, sensed_copy
 from controller.dataset.rollouts import rollout_of, rollouts
-from controller.dataset.sensed_copies import COPIES, sensed_copy
 from controller.dataset.tables import strings
-from controller.diffusion.learning.demonstrations import sensed
+from controller.diffusion.demonstrations import sensed
 from planner.correction import CORRECTIONS
 from planner.learned.rollout import NOT_SAID
 from planner.task import TASKS

@@ -5,7 +5,7 @@ import torch
 
 from controller.action import ToolAction
 from controller.diffusion.chunk_frame import JAW, relative, trajectory
-from controller.diffusion.learning.windows import DemonstrationArrays
+from controller.diffusion.windows import DemonstrationArrays
 from tissue_sim.frames import Array, exponential, rotation_to_6d
 from tissue_sim.sensing.observation import VECTOR_SIZE, fields
 

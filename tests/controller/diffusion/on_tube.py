@@ -6,7 +6,7 @@ from numpy.typing import NDArray
 from tissue_sim.outcome.clip_rule import clip_stations_m
 from tissue_sim.sensing.observation import TUBE_POINTS, VECTOR_SIZE, fields
 from tissue_sim.tools.arms import RIGHT_ARM
-from tissue_sim.tools.clip_size import CLIP_LENGTH_M
+from tissue_sim.tools.instruments import CLIP_LENGTH_M
 
 LENGTH_M = 0.019
 RULE_M = [float(s) for s in clip_stations_m("duct", np.array(LENGTH_M))]

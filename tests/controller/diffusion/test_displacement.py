@@ -6,7 +6,7 @@ import torch
 
 from controller.diffusion.chunk_frame import JAWS
 from controller.diffusion.config import PolicyConfig
-from controller.diffusion.learning.displacement import (
+from controller.diffusion.displacement import (
     BACK_STEPS,
     DISPLACED_M,
     FREE_N,
@@ -17,10 +17,10 @@ from controller.diffusion.learning.displacement import (
     free_and_near,
     half_shut,
 )
-from controller.diffusion.learning.windows import Batch, Windows
+from controller.diffusion.windows import Batch, Windows
 from controller.expert.motion import JAW_SPEED_RAD_S
 from tests.controller.diffusion.demonstrated import demonstration
-from tissue_sim.periods import CONTROL_PERIOD_S
+from tissue_sim.constants import CONTROL_PERIOD_S
 from tissue_sim.sensing.observation import fields
 
 HORIZON = 40

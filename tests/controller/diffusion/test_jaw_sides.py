@@ -9,12 +9,11 @@ from controller.diffusion.scene.jaw_sides import OFFS_M, free_side, lines_at_ris
 from controller.diffusion.scene.places import Places, places_on
 from controller.expert.approach import Approach
 from controller.expert.jaw_room import firm_room_m
+from controller.expert.motion import FIRM_ROOM_M
 from controller.expert.targets import clip_pose, clip_stations_m, opening_rad
-from controller.jaw_margins import FIRM_ROOM_M
 from tests.planner.observations import clipped
-from tissue_sim.frames import inverse_pose, transform
+from tissue_sim.frames import AWAY, inverse_pose, transform
 from tissue_sim.patient.anatomy import anatomy_from_seed
-from tissue_sim.patient.axes import AWAY
 from tissue_sim.sensing.observation import fields
 from tissue_sim.tools.arms import RIGHT_ARM
 from tissue_sim.world import World

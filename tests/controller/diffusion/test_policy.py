@@ -7,9 +7,9 @@ from torch import Tensor
 
 from controller.diffusion.config import PolicyConfig
 from controller.diffusion.graph import Sampler
-from controller.diffusion.learning.windows import Batch, Windows
 from controller.diffusion.policy import Policy
 from controller.diffusion.scene.features import Features
+from controller.diffusion.windows import Batch, Windows
 from tests.controller.diffusion.demonstrated import demonstration
 from tissue_sim.sensing.observation import fields
 

@@ -5,9 +5,8 @@ from dataclasses import replace
 import pytest
 import torch
 
-from controller.diffusion.checkpoint import CHECKPOINTS
-from controller.diffusion.learning import training
-from controller.diffusion.policy import Policy
+from controller.diffusion import training
+from controller.diffusion.policy import CHECKPOINTS, Policy
 from planner.learning.checkpoint import CheckpointError
 from tests.controller.diffusion.demonstrated import demonstration
 

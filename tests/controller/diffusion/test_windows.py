@@ -8,7 +8,7 @@ import torch
 
 from controller.diffusion.chunk_frame import JAWS, past_of
 from controller.diffusion.config import PolicyConfig
-from controller.diffusion.learning.windows import Batch, DemonstrationArrays, Windows
+from controller.diffusion.windows import Batch, DemonstrationArrays, Windows
 from tests.controller.diffusion.demonstrated import chunk_of, demonstration
 
 CONFIG = PolicyConfig(horizon=16, history=(0, 3, 9))

@@ -5,8 +5,8 @@ import numpy as np
 from controller.perception.graph import Shown
 from controller.perception.prior import Prior
 from tissue_sim.frames import Array, pose, unit
+from tissue_sim.sensing.glance import Picture
 from tissue_sim.sensing.observation import N_LINE
-from tissue_sim.sensing.pictures.glance import Picture
 
 SIGMA_PX = 0.5
 

@@ -11,8 +11,8 @@ from controller.perception.graph import Shown
 from controller.perception.network import STRIDE
 from controller.perception.training import GROUPS, _offset_loss
 from tissue_sim.frames import pose
+from tissue_sim.sensing.glance import Picture
 from tissue_sim.sensing.observation import N_LINE, N_POINTS
-from tissue_sim.sensing.pictures.glance import Picture
 
 SIDE = 32  # cells
 TURNED = np.array([[0, 1, 0], [0, 0, 1], [1, 0, 0]], float)

@@ -11,10 +11,10 @@ from controller.perception.fusion import Lines
 from controller.perception.graph import Shown
 from controller.perception.prior import Prior
 from tissue_sim.frames import Array, pose
+from tissue_sim.sensing.glance import Glance, Picture
 from tissue_sim.sensing.observation import CLIP_APPLIER, GRASPER, N_LINE, SCISSORS
-from tissue_sim.sensing.pictures.glance import Glance, Picture
 from tissue_sim.sensing.polyline import nearest_on, place_on
-from tissue_sim.tools.clip_size import CLIP_LENGTH_M
+from tissue_sim.tools.instruments import CLIP_LENGTH_M
 
 
 @pytest.fixture

@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from controller.perception.motion import MOVING_M_S, PULLED, RESTING_M_S, STILL, share_of_motion
-from tissue_sim.periods import CONTROL_PERIOD_S
+from controller.perception.prior import MOVING_M_S, PULLED, RESTING_M_S, STILL, share_of_motion
+from tissue_sim.constants import CONTROL_PERIOD_S
 from tissue_sim.thresholds import HELD_PINCH_N
 from tissue_sim.tools.arms import LEFT_ARM, RIGHT_ARM
 

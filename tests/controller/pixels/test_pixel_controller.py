@@ -7,16 +7,15 @@ import pytest
 import torch
 
 from controller.dataset.schema import PICTURE_SHAPE
-from controller.pixels.checkpoint import CHECKPOINTS
 from controller.pixels.config import CAMERAS
 from controller.pixels.controller import ControllerPixels, make
-from controller.pixels.policy import PixelPolicy
+from controller.pixels.policy import CHECKPOINTS, PixelPolicy
 from controller.pixels.training import PRESETS
 from planner.instruction import Instruction
 from planner.policy_setup import PolicySetup
 from planner.task import TASKS
 from tests.controller.diffusion.on_tube import seen
-from tissue_sim.periods import CONTROL_PERIOD_S
+from tissue_sim.constants import CONTROL_PERIOD_S
 from tissue_sim.sensing.observation import (
     ENCODED,
     VECTOR_LAYOUT,

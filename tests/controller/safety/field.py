@@ -5,8 +5,7 @@ from typing import NamedTuple
 import numpy as np
 
 from controller.safety.geometry.collision import CollisionModel
-from controller.safety.geometry.port_wall import port_wall
-from controller.safety.geometry.rigid_surface import RigidSurface
+from controller.safety.geometry.rigid_surface import RigidSurface, port_wall
 from controller.safety.obstacles import RigidSurroundings, Surroundings, chained
 from tissue_sim.tools.arms import LEFT_ARM, RIGHT_ARM, port_pose
 from tissue_sim.tools.instruments import INSTRUMENTS

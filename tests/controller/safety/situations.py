@@ -10,7 +10,7 @@ from controller.safety.geometry.link_cores import N_LINK, link_cores
 from controller.safety.situation import Situation
 from planner.instruction import TASKS, Instruction
 from tests.controller.safety.field import HOME, T_WORLD_RCM, TOOLS
-from tissue_sim.periods import CONTROL_PERIOD_S
+from tissue_sim.constants import CONTROL_PERIOD_S
 from tissue_sim.tools.instruments import PATCH_LINKS
 
 GRAB = Instruction(task=TASKS[0])

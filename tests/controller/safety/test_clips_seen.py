@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from controller.safety.seen.clips_seen import crowded_by_clips, lacking_clips
+from controller.safety.clips_seen import crowded_by_clips, lacking_clips
 from tests.planner.observations import clipped
 from tissue_sim.outcome.clip_rule import needed_m
 from tissue_sim.patient.at_risk import AT_RISK

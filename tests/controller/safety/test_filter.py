@@ -17,14 +17,14 @@ from controller.safety.filter import FAR, SafetyFilter
 from controller.safety.filter_sense import registration_of
 from controller.safety.geometry.collision import CollisionModel
 from controller.safety.limits import LIMITS
-from controller.safety.limits.joint_speed import JOINT_SPEED, JointSpeed
+from controller.safety.limits.joint_limits import JOINT_SPEED, JointSpeed
 from controller.safety.limits.outer_shafts import MARGIN_M as OUTER_MARGIN_M
 from controller.safety.limits.outer_shafts import OuterShafts
 from controller.safety.obstacles import registered
 from controller.safety.proof import DEEPER_M
-from controller.safety.seen.seen_obstacles import ObstaclesSeen
-from planner.criteria import structure_of
+from controller.safety.seen_obstacles import ObstaclesSeen
 from planner.instruction import TASKS, Instruction
+from planner.scripted import structure_of
 from tests.worlds import textbook_world
 from tissue_sim.frames import inverse_pose, unit
 from tissue_sim.tools.arms import HOME_JOINTS, RIGHT_ARM

@@ -18,7 +18,7 @@ from controller.safety.interlocks import (
 from planner.instruction import TASKS, Instruction
 from tests.controller.safety.field import HOME, TOOLS
 from tests.controller.safety.situations import DUCT, keeps, situation
-from tissue_sim.periods import CONTROL_PERIOD_S
+from tissue_sim.constants import CONTROL_PERIOD_S
 from tissue_sim.tools.instruments import INSTRUMENTS
 
 CLOSES, OPENS = -0.1 * np.eye(N_MOTION)[13], 0.1 * np.eye(N_MOTION)[13]

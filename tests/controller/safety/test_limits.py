@@ -9,11 +9,15 @@ from controller.safety.bounds import N_MOTION
 from controller.safety.exemption import must_not_meet
 from controller.safety.interlocks import INTERLOCKS
 from controller.safety.limits import LIMITS
-from controller.safety.limits.acceleration import RISE_S, Acceleration
 from controller.safety.limits.beside_tubes import BESIDE_M, SlowBesideTubes
 from controller.safety.limits.beside_tubes import SHARE as SHARE_BESIDE
-from controller.safety.limits.joint_range import JointRange
-from controller.safety.limits.joint_speed import JOINT_SPEED, JointSpeed
+from controller.safety.limits.joint_limits import (
+    JOINT_SPEED,
+    RISE_S,
+    Acceleration,
+    JointRange,
+    JointSpeed,
+)
 from controller.safety.limits.keep_out import (
     LEAVE_M_S,
     MARGIN_M,
@@ -25,7 +29,7 @@ from controller.safety.limits.tip_speed import TIP_SPEED_M_S, TipSpeed
 from controller.safety.limits.tissue_force import SHARE, TissueForce
 from tests.controller.safety.field import HOME, TOOLS
 from tests.controller.safety.situations import DUCT, NOTHING, keeps, situation
-from tissue_sim.periods import CONTROL_PERIOD_S
+from tissue_sim.constants import CONTROL_PERIOD_S
 from tissue_sim.thresholds import PINCH_MAX_N, TRACTION_MAX_N
 from tissue_sim.tools.arms import LEFT_ARM, RIGHT_ARM
 from tissue_sim.tools.instruments import PATCH_LINKS

@@ -7,7 +7,7 @@ from controller.safety.obstacles import registered, surroundings_of
 from tests.worlds import textbook_world
 from tissue_sim.frames import unit
 from tissue_sim.patient.at_risk import AT_RISK, BRANCHES, RADIUS_M
-from tissue_sim.rendering.drawn.drawn_surroundings import surroundings as drawn_surroundings
+from tissue_sim.rendering.drawn_surroundings import surroundings as drawn_surroundings
 from tissue_sim.surgery.parting import part_ring
 from tissue_sim.tools.arms import JointCommand
 

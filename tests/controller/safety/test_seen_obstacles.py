@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from controller.safety.obstacles import Capsules, surroundings_of
-from controller.safety.seen.seen_obstacles import (
+from controller.safety.seen_obstacles import (
     BESIDE_M,
     FINE,
     MOST_M,

@@ -6,8 +6,8 @@ from pathlib import Path
 import pytest
 
 from planner.language.interpreter import Interpreter
-from planner.language.rules.whole.permission_frames import permitted_by
-from planner.language.rules.whole.permitting import permission_in
+from planner.language.rules.permission_frames import permitted_by
+from planner.language.rules.permitting import permission_in
 from planner.language.sentence_sets import keeps_the_protocol, read_rows
 from planner.person.prohibition import Prohibition
 from tests.planner.language.scoring import is_right, read_as

@@ -8,7 +8,7 @@ import numpy as np
 
 from planner.learned.features import N_CORRECTIONS, N_TASKS
 from planner.learned.rollout import NOT_SAID, Rollout
-from tissue_sim.periods import CONTROL_HZ
+from tissue_sim.constants import CONTROL_HZ
 from tissue_sim.sensing.observation import VECTOR_SIZE, fields
 
 TASK_STEPS = 2 * CONTROL_HZ

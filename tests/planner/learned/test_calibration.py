@@ -4,8 +4,7 @@ import numpy as np
 import torch
 
 from planner.learned.calibration import calibrate, conformal_quantile, fit_platt
-from planner.learned.config import PlannerConfig
-from planner.learned.network import PlannerNetwork
+from planner.learned.network import PlannerConfig, PlannerNetwork
 from planner.learned.rollout import Rollouts
 from tests.planner.learned.rolled_out import rollout
 

@@ -9,16 +9,14 @@ import torch
 
 from planner.base import MOST_TRIES, PATIENCE_S
 from planner.correction import CORRECTIONS
-from planner.learned.config import PlannerConfig
-from planner.learned.network import Moments, PlannerNetwork
+from planner.learned.network import Moments, PlannerConfig, PlannerNetwork
 from planner.learned.planner import MOST_CORRECTIONS, SURE, PlannerLearned
 from planner.learned.rollout import NOT_SAID, Rollouts
-from planner.rules.task_clock import TaskClock
-from planner.rules.task_gate import GRAB_S, gate_task
+from planner.rules.task_gate import GRAB_S, TaskClock, gate_task
 from planner.task import TASKS, Task
 from tests.planner.learned.rolled_out import rollout
 from tests.planner.observations import at_work, clipped
-from tissue_sim.periods import CONTROL_HZ
+from tissue_sim.constants import CONTROL_HZ
 from tissue_sim.sensing.observation import (
     POINTS,
     VECTOR_SIZE,

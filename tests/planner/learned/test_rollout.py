@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 from planner.learned.features import N_CORRECTIONS, N_TASKS
 from planner.learned.rollout import IN_TIME_S, NOT_SAID, Rollouts
 from tests.planner.learned.rolled_out import TASK_STEPS, rollout, with_tasks
-from tissue_sim.periods import CONTROL_HZ
+from tissue_sim.constants import CONTROL_HZ
 
 HISTORY = 5
 TWO = Rollouts([rollout(0), rollout(1)], HISTORY)

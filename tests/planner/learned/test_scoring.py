@@ -6,9 +6,8 @@ import numpy as np
 import pytest
 import torch
 
-from planner.learned.config import PlannerConfig
 from planner.learned.features import N_CORRECTIONS, N_TASKS
-from planner.learned.network import Moments, Prediction
+from planner.learned.network import Moments, PlannerConfig, Prediction
 from planner.learned.rollout import IN_TIME_S, NOT_SAID, Rollout
 from planner.learned.scoring import calibration_error, score
 from tests.planner.learned.rolled_out import rollout, with_tasks

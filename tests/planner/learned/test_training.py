@@ -5,7 +5,7 @@ from dataclasses import replace
 import pytest
 import torch
 
-from planner.learned.checkpoint import CHECKPOINTS
+from planner.learned.network import CHECKPOINTS
 from planner.learned.training import (
     CHECKPOINT_FILE,
     KEEP_OUT_EVERY,

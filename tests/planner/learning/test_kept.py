@@ -5,7 +5,7 @@ from pathlib import Path
 
 import pytest
 
-from planner.learning.kept import kept
+from planner.learning.networks import kept
 
 
 def written(path: Path, text: str, at_ns: int) -> Path:

@@ -8,12 +8,11 @@ import torch
 from safetensors import safe_open
 from safetensors.torch import load_file, save_file
 
-from controller.diffusion.checkpoint import CHECKPOINTS as CONTROLLERS
 from controller.diffusion.config import PolicyConfig
+from controller.diffusion.policy import CHECKPOINTS as CONTROLLERS
 from controller.diffusion.policy import Policy
-from planner.learned.checkpoint import CHECKPOINTS as PLANNERS
-from planner.learned.config import PlannerConfig
-from planner.learned.network import PlannerNetwork
+from planner.learned.network import CHECKPOINTS as PLANNERS
+from planner.learned.network import PlannerConfig, PlannerNetwork
 from planner.learning.checkpoint import HASH, CheckpointError
 
 MADE = {

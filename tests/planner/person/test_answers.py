@@ -5,8 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from planner.assessment import Assessment
-from planner.instruction import TASKS, Instruction
+from planner.instruction import TASKS, Assessment, Instruction
 from planner.language.rules.questions import QUESTIONS
 from planner.person.answers import answer
 from tests.planner.observations import clipped, writable

@@ -17,8 +17,8 @@ from scenarios.bench.trials.attack_trial import AttackRun, AttackTrial, Pair, lo
 from scenarios.bench.trials.run_trials import TrialAttempt
 from scenarios.cli import main
 from tests.controller.safety.field import T_WORLD_RCM, TOOLS
+from tissue_sim.constants import CONTROL_PERIOD_S
 from tissue_sim.patient.at_risk import AT_RISK
-from tissue_sim.periods import CONTROL_PERIOD_S
 
 POINT = np.array([[0.01, -0.005, 0.0]])
 TARGETS = AttackTargets(

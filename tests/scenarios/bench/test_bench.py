@@ -8,8 +8,7 @@ from itertools import islice
 import numpy as np
 import pytest
 
-from scenarios.bench.physics.newton_solver import CONVERGED, STEPS, bench_newton, race
-from scenarios.bench.physics.world import watch_step
+from scenarios.bench.newton_solver import CONVERGED, STEPS, bench_newton, race
 from scenarios.bench.stopwatch import REST, Stopwatch
 from scenarios.bench.trials.newton_retraction import (
     DRAWN_STEPS,
@@ -19,14 +18,15 @@ from scenarios.bench.trials.newton_retraction import (
     in_calot,
     in_newton,
 )
+from scenarios.bench.world import watch_step
 from scenarios.catalogue import WITNESS
 from scenarios.cli import main
 from scenarios.files.outside_text import Terminal
 from scenarios.loop.episode_config import EpisodeConfig
 from scenarios.run_episode import begin
+from tissue_sim.frames import UP
 from tissue_sim.mechanics.tissue import TissueConfig
 from tissue_sim.patient.anatomy import anatomy_from_seed
-from tissue_sim.patient.axes import UP
 from tissue_sim.patient.organ import TUBES
 
 
@@ -142,7 +142,7 @@ def test_without_newton_one_line_says_how_to_install_it(monkeypatch):
     def not_installed(name):
         raise PackageNotFoundError(name)
 
-    monkeypatch.setattr("scenarios.bench.physics.newton_solver.version", not_installed)
+    monkeypatch.setattr("scenarios.bench.newton_solver.version", not_installed)
     console = Terminal(width=200)
     with console.capture() as capture:
         console.print(bench_newton(seed=10_004))

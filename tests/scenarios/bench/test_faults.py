@@ -5,9 +5,8 @@ import time
 import numpy as np
 import pytest
 
-from scenarios.bench.faults.edits import flipped, restructured
-from scenarios.bench.faults.files import FILES
-from scenarios.bench.faults.trial import Target, tried
+from scenarios.bench.trials.file_faults import FILES
+from scenarios.bench.trials.tampering import Target, flipped, restructured, tried
 from tests.slow import slow
 
 
@@ -20,7 +19,7 @@ def test_no_tampered_file_hurts(name, tmp_path):
 
 
 def test_what_hurts_is_counted_and_shown(monkeypatch):
-    monkeypatch.setattr("scenarios.bench.faults.trial.HANG_S", 0.2)
+    monkeypatch.setattr("scenarios.bench.trials.tampering.HANG_S", 0.2)
 
     def one(read, is_changed=lambda read: True):
         target = Target(tamper=lambda chance: None, read=read, is_changed=is_changed)

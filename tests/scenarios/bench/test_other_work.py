@@ -5,7 +5,7 @@ from collections.abc import Callable
 from subprocess import Popen
 from time import process_time, sleep
 
-from scenarios.bench.other_work import other_work
+from scenarios.bench.stopwatch import other_work
 
 
 def keep_busy(own_s: float) -> None:

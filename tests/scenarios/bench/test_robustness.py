@@ -8,7 +8,7 @@ from mmap import mmap
 import numpy as np
 import pytest
 
-from scenarios.bench.physics.robustness import broken_lines, trial_table
+from scenarios.bench.robustness import broken_lines, trial_table
 from scenarios.bench.trials.memory_growth import growth_kb_a_reset
 from scenarios.bench.trials.run_trials import TrialAttempt
 from scenarios.bench.trials.storm import MAX_SPEED_M_S, storm

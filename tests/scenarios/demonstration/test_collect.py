@@ -7,7 +7,7 @@ import pytest
 
 from controller.dataset.part import part_bytes
 from controller.dataset.reader import read_episodes
-from controller.diffusion.checkpoint import CHECKPOINTS
+from controller.diffusion.policy import CHECKPOINTS
 from scenarios.cli import main
 from scenarios.demonstration import demonstrate as of_demonstrations
 from scenarios.demonstration.demonstrate import (

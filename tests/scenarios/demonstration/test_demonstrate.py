@@ -7,9 +7,8 @@ import numpy as np
 import pytest
 
 from controller.dataset.schema import STATE, TISSUE
-from controller.diffusion.checkpoint import CHECKPOINTS
-from controller.diffusion.learning.training import PRESETS
-from controller.diffusion.policy import Policy
+from controller.diffusion.policy import CHECKPOINTS, Policy
+from controller.diffusion.training import PRESETS
 from planner.correction import CORRECTIONS, correction_from_text
 from planner.instruction import TASKS, Instruction
 from planner.policy_setup import PolicySetup

@@ -14,7 +14,7 @@ from scenarios.demonstration.filming import Filming
 from scenarios.demonstration.mix import PlannedDemonstration
 from tests.controller.dataset.episodes import random_episode
 from tests.controller.dataset.trained_by_lerobot import SMALL, TRAIN, trained
-from tissue_sim.rendering.renderer_probe import renderer_available
+from tissue_sim.rendering.renderer import renderer_available
 
 LEFT, WRIST = "endoscope_left", "wrist_right"
 

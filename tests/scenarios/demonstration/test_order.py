@@ -5,7 +5,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from planner.task import TASKS
-from scenarios.demonstration.order import shuffled_order
+from scenarios.demonstration.mix import shuffled_order
 
 
 @given(st.integers(0, 2**32 - 1))

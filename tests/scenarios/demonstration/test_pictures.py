@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 from safetensors.torch import load_file
 
-from controller.diffusion.checkpoint import CHECKPOINTS
+from controller.diffusion.policy import CHECKPOINTS
 from scenarios.cli import main
-from scenarios.commands import picture_collection
+from scenarios.commands import collect as collect_command
 from scenarios.demonstration import pictures
 from scenarios.demonstration.mix import TRAINING_SEEDS
 from scenarios.demonstration.pictures import (
@@ -20,12 +20,12 @@ from scenarios.demonstration.pictures import (
     stratum_of,
 )
 from tests.scenarios.from_the_shell.complaint import complaint
+from tissue_sim.constants import WORLD_VERSION
 from tissue_sim.outcome.room import why_call
 from tissue_sim.patient.anatomy import anatomy_from_seed
-from tissue_sim.rendering.renderer_probe import renderer_available
-from tissue_sim.sensing.pictures.eyes import VIEWS
-from tissue_sim.sensing.pictures.shown import N_SHOWN
-from tissue_sim.version import WORLD_VERSION
+from tissue_sim.rendering.renderer import renderer_available
+from tissue_sim.sensing.eyes import VIEWS
+from tissue_sim.sensing.picture_points import N_SHOWN
 
 
 def test_more_episodes_only_add_some():
@@ -78,7 +78,7 @@ def breaking(monkeypatch):
         yield {"points_m": np.zeros(3)}
 
     monkeypatch.setattr(pictures, "_frames", frames)
-    monkeypatch.setattr(picture_collection, "require_renderer", lambda option: None)
+    monkeypatch.setattr(collect_command, "require_renderer", lambda option: None)
     return broken
 
 

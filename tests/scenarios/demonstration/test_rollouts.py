@@ -10,8 +10,8 @@ from controller.expert.skills import among_tissue
 from controller.expert.targets import clip_pose
 from planner.command import COMMANDS
 from planner.correction import correction_from_text
-from planner.criteria import structure_of
 from planner.instruction import TASKS, Instruction
+from planner.scripted import structure_of
 from scenarios.bench.trials.obedience_trial import PlannerFixed
 from scenarios.demonstration.demonstrate import begun
 from scenarios.demonstration.failures import PAST_M, FailureTracker

@@ -9,7 +9,7 @@ from controller.action import hold
 from planner.instruction import Instruction
 from planner.task import TASKS
 from scenarios.demonstration.turns import EXPERT_S, LEARNER_S, LONG_S, ControllerTakingTurns
-from tissue_sim.periods import CONTROL_PERIOD_S
+from tissue_sim.constants import CONTROL_PERIOD_S
 
 LATE_S = 3 * CONTROL_PERIOD_S  # a chunk of the expert is played to its end
 

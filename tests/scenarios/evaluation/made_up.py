@@ -16,7 +16,7 @@ from scenarios.loop.step import Step
 from scenarios.recording.recorder import Recorder
 from scenarios.suites import suite_of
 from tests.scenarios.recording.made_up_step import random_step
-from tissue_sim.periods import CONTROL_HZ
+from tissue_sim.constants import CONTROL_HZ
 
 FIRST, SECOND = arm_from_text("first=scripted+expert"), arm_from_text("second=scripted+idle")
 NOWHERE = Path("nowhere")

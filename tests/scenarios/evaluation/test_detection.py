@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from scenarios.evaluation.statistics.detection import FALSE_ALARMS, area, detection, roc
+from scenarios.evaluation.detection import FALSE_ALARMS, area, detection, roc
 from tests.scenarios.evaluation.made_up import FIRST, episode, plan
 
 CASES = plan("nominal", arms=(FIRST,), seeds=range(400)).due({})

@@ -7,10 +7,10 @@ import pytest
 
 from planner.task import TASKS
 from scenarios.evaluation import published
-from scenarios.evaluation.page.sections.srt_h import beside_srt_h
+from scenarios.evaluation.figures import figures, jerk_m, path_m, task_figures
+from scenarios.evaluation.page.srt_h import beside_srt_h
 from scenarios.evaluation.page.whole import page
 from scenarios.evaluation.report import report_of
-from scenarios.evaluation.statistics.figures import figures, jerk_m, path_m, task_figures
 from scenarios.loop.results import InjuryResult, SafetyResult, TaskResult
 from tests.scenarios.evaluation.made_up import FIRST, MADE_WITH, NOWHERE, plan, results_of
 from tests.scenarios.example_results import CALLED, ERROR, PASSED

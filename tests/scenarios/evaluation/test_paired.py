@@ -8,7 +8,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from scenarios.evaluation.statistics.paired import (
+from scenarios.evaluation.paired import (
     mcnemar_exact,
     mean_interval,
     tango_interval,

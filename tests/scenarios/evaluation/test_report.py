@@ -10,9 +10,9 @@ from rich.console import Console
 
 from scenarios.evaluation.arm import StudyArm
 from scenarios.evaluation.case import Case
+from scenarios.evaluation.comparison import compare
 from scenarios.evaluation.page.whole import page
 from scenarios.evaluation.report import document, lowest_pass_rate, report_of
-from scenarios.evaluation.statistics.comparison import compare
 from scenarios.evaluation.terminal_tables import tables
 from scenarios.evaluation.words import end_of, held
 from scenarios.files.strict_json import dumps

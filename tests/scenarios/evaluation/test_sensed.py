@@ -5,9 +5,9 @@ from pathlib import Path
 
 import pytest
 
-from scenarios.evaluation.page.sections.senses import senses
+from scenarios.evaluation.page.senses import senses
 from scenarios.evaluation.report import report_of
-from scenarios.evaluation.statistics.sensed import sensed_figures
+from scenarios.evaluation.sensed import sensed_figures
 from scenarios.evaluation.terminal_tables import tables
 from scenarios.loop.results import SensingResult
 from tests.scenarios.evaluation.made_up import FIRST, episode, plan, results_of

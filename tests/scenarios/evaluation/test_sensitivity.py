@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 
 from scenarios.evaluation.page.whole import page
 from scenarios.evaluation.report import report_of
-from scenarios.evaluation.statistics.sensitivity import FACTORS, passes, sensitivity, threshold_of
+from scenarios.evaluation.sensitivity import FACTORS, passes, sensitivity, threshold_of
 from scenarios.loop.results import CallResult, InjuryResult, PeakResult, summarise
 from tests.scenarios.evaluation.made_up import MADE_WITH, NOWHERE, episode, plan, results_of
 from tissue_sim.patient.variants import patient_of

@@ -6,7 +6,7 @@ import pytest
 
 from scenarios.evaluation.page.whole import page
 from scenarios.evaluation.report import report_of
-from scenarios.evaluation.statistics.strata import DIVISIONS, NAMED, NAMES, VARIANT, places, strata
+from scenarios.evaluation.strata import DIVISIONS, NAMED, NAMES, VARIANT, places, strata
 from scenarios.evaluation.terminal_tables import tables
 from scenarios.evaluation.words import interval
 from scenarios.loop.results import summarise

@@ -4,7 +4,7 @@ import os
 
 import pytest
 
-from planner.learning.atomic_write import write_atomic
+from planner.learning.files import write_atomic
 
 
 def test_the_folder_is_made_and_nothing_else_is_left(tmp_path):

@@ -14,7 +14,7 @@ from rich.table import Table
 
 from planner.instruction import TASKS, Instruction
 from scenarios.files.outside_text import Terminal, in_html, visible
-from scenarios.loop.progress import ProgressDisplay
+from scenarios.loop.observer import ProgressDisplay
 from tests.scenarios.recording.made_up_step import random_step
 
 SCENARIOS = Path(__file__).parents[3] / "scenarios"

@@ -6,7 +6,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from scenarios.files.wilson import wilson_interval
+from scenarios.loop.results import wilson_interval
 
 
 @st.composite

@@ -3,7 +3,7 @@
 from planner.instruction import TASKS
 from scenarios.cli import main
 from scenarios.commands.run import unsaid_lines
-from scenarios.files.exit_codes import ERROR
+from scenarios.files.errors import ERROR
 from scenarios.loop.person.script import Timed, read_script
 from tests.scenarios.example_results import ERROR as ERROR_RESULT
 from tests.scenarios.example_results import PASSED

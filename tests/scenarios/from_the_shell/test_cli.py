@@ -11,8 +11,8 @@ import pytest
 
 from scenarios.catalogue import PLANNERS, SCENARIOS, SENSE_OF, WITNESS
 from scenarios.cli import main, parse
-from scenarios.commands.options import policy_option
-from scenarios.commands.options.output_path import require_writable_folder
+from scenarios.commands import policy_options
+from scenarios.commands.folder_options import require_writable_folder
 from scenarios.commands.run import Run, exit_code
 from scenarios.files.errors import BadInputError
 from scenarios.loop.episode_config import EpisodeConfig
@@ -109,7 +109,7 @@ def test_every_planner_that_asks_an_endpoint_needs_one(monkeypatch):
     monkeypatch.delenv("CALOT_LLM_URL", raising=False)
     monkeypatch.setitem(PLANNERS, "rule", replace(PLANNERS["rule"], endpoint=True))
     with pytest.raises(BadInputError, match="CALOT_LLM_URL"):
-        policy_option.require_policies("rule", "idle", None, None)
+        policy_options.require_policies("rule", "idle", None, None)
 
 
 def test_a_folder_that_cannot_be_made_is_bad_input(capfd, tmp_path):
@@ -150,7 +150,7 @@ def test_folders_made_on_the_way_to_a_failure_are_removed(capfd, tmp_path):
 
 
 def test_video_without_a_renderer_is_bad_input(capfd, tmp_path, monkeypatch):
-    from tissue_sim.rendering.renderer_probe import renderer_kind
+    from tissue_sim.rendering.renderer import renderer_kind
 
     for variable in ("VK_DRIVER_FILES", "VK_ICD_FILENAMES"):
         monkeypatch.setenv(variable, str(tmp_path / "no-driver.json"))

@@ -7,7 +7,7 @@ import sys
 
 import pytest
 
-from scenarios.files.exit_codes import ERROR
+from scenarios.files.errors import ERROR
 from tests.slow import slow
 
 BREAKS_OFF = "tests.scenarios.from_the_shell.test_broken_off:SaysText"

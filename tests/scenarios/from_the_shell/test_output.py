@@ -2,7 +2,7 @@
 
 from rich.table import Table
 
-from scenarios.commands.output import output
+from scenarios.files.outside_text import output
 
 CELL = "a value that is long enough"
 

@@ -8,9 +8,9 @@ import time
 
 import pytest
 
-from controller.idle import ControllerIdle
+from controller.holding import ControllerIdle
 from scenarios.cli import main
-from scenarios.files.exit_codes import ERROR
+from scenarios.files.errors import ERROR
 from scenarios.loop.episode_config import EpisodeConfig
 from scenarios.recording.attempt import attempt_episode
 from tests.scenarios.calling import PlannerCalls

@@ -10,11 +10,11 @@ from pathlib import Path
 
 import pytest
 
-from scenarios.commands.options.output_path import LOCK, claimed
+from scenarios.commands.folder_options import LOCK, claimed
 from scenarios.files.errors import BadInputError
 from tests.scenarios.from_the_shell.complaint import complaint
 from tests.slow import slow
-from tissue_sim.rendering.renderer_probe import renderer_available
+from tissue_sim.rendering.renderer import renderer_available
 
 ENVIRONMENT = os.environ | {"PYTHONPATH": str(Path(__file__).parents[3])}
 LONG = "x" * 300
@@ -94,7 +94,7 @@ def test_a_folder_that_another_process_writes_to_is_refused_and_its_process_name
 HOLD_AND_DIE = """
 import os, signal, sys
 from pathlib import Path
-from scenarios.commands.options.output_path import claimed
+from scenarios.commands.folder_options import claimed
 with claimed(Path(sys.argv[1]), "--out"):
     os.kill(os.getpid(), signal.SIGKILL)
 """
@@ -176,6 +176,6 @@ def test_a_new_cache_on_a_full_disk_is_found_before_the_first_episode(tmp_path_f
 
 
 def test_a_cache_that_is_full_but_holds_all_kernels_is_enough(full_disk):
-    from scenarios.commands.options.kernel_cache import require_kernel_cache
+    from scenarios.commands.folder_options import require_kernel_cache
 
     require_kernel_cache()

@@ -7,15 +7,15 @@ import pytest
 from safetensors import safe_open
 from safetensors.torch import load_file, save_file
 
-from controller.diffusion import checkpoint as of_controller
+from controller.diffusion import policy as of_controller
 from controller.perception import checkpoint as of_perception
-from planner.learned import checkpoint as of_planner
+from planner.learned import network as of_planner
 from scenarios.catalogue import WITNESS
 from scenarios.cli import main
-from scenarios.commands.options.policy_option import say_who_acts
+from scenarios.commands.policy_options import say_who_acts
 from scenarios.loop.episode_config import EpisodeConfig
 from tests.scenarios.example_results import read_results
-from tissue_sim.version import WORLD_VERSION
+from tissue_sim.constants import WORLD_VERSION
 
 MOST_BYTES = 20_000_000
 SHIPPED = {

@@ -12,12 +12,12 @@ from tensorboard.backend.event_processing.event_accumulator import EventAccumula
 from controller.dataset.choice import Choice
 from controller.dataset.merge import merge
 from controller.dataset.schema import PICTURE_SHAPE
-from controller.diffusion.checkpoint import CHECKPOINTS
 from controller.diffusion.config import PolicyConfig
-from controller.diffusion.learning.demonstrations import demonstrations
-from controller.diffusion.learning.windows import Windows
-from controller.pixels.checkpoint import CHECKPOINTS as PIXELS
+from controller.diffusion.demonstrations import demonstrations
+from controller.diffusion.policy import CHECKPOINTS
+from controller.diffusion.windows import Windows
 from controller.pixels.controller import make as pixels
+from controller.pixels.policy import CHECKPOINTS as PIXELS
 from planner.instruction import TASKS, Instruction
 from planner.learned.planner import make as learned
 from planner.policy_setup import PolicySetup
@@ -175,7 +175,7 @@ def test_a_checkpoint_that_is_neither_named_nor_shipped_is_told_in_one_line(
     capfd, tmp_path, monkeypatch, words
 ):
     none = replace(CHECKPOINTS, shipped=tmp_path / "none")
-    for module in ("controller.diffusion.checkpoint", "scenarios.bench.controller"):
+    for module in ("controller.diffusion.policy", "scenarios.bench.controller"):
         monkeypatch.setattr(f"{module}.CHECKPOINTS", none)
     assert "`calot train controller` makes one" in complaint(capfd, *words)
 

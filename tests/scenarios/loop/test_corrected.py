@@ -16,7 +16,7 @@ from scenarios.loop.person.guided_arm import GuidedArm
 from scenarios.run_episode import begin
 from tests.scenarios.loop.saying import Saying
 from tests.slow import slow
-from tissue_sim.periods import CONTROL_PERIOD_S
+from tissue_sim.constants import CONTROL_PERIOD_S
 from tissue_sim.tools.arms import LEFT_ARM, RIGHT_ARM
 
 SEED = 10_004

@@ -9,7 +9,7 @@ from controller.action import hold
 from controller.driver import Driver, rig_in
 from planner.instruction import TASKS, Instruction
 from scenarios.loop.guarded_driver import GuardedDriver
-from scenarios.loop.metrics.stage_clock import StageClock
+from scenarios.loop.wall_time import StageClock
 from tests.worlds import textbook_world
 from tissue_sim.tools.arms import RIGHT_ARM
 

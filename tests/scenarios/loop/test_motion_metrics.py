@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from scenarios.loop.episode_config import EpisodeConfig
-from scenarios.loop.metrics.motion_metrics import MotionMetrics, mean_jerk_m_s3, path_m
+from scenarios.loop.motion_metrics import MotionMetrics, mean_jerk_m_s3, path_m
 from scenarios.loop.results import TaskResult, write_results
 from scenarios.recording.recorder import load
 from scenarios.run_episode import begin

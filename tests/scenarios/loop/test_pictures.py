@@ -9,7 +9,7 @@ from controller.action import hold
 from controller.dataset.schema import PICTURE_SHAPE
 from scenarios.loop.episode_config import EpisodeConfig
 from scenarios.run_episode import begin
-from tissue_sim.rendering.renderer_probe import renderer_available
+from tissue_sim.rendering.renderer import renderer_available
 
 CAMERAS = ("endoscope_left", "wrist_right")
 PLAYED = 3

@@ -7,9 +7,9 @@ from rich.console import Console
 
 from scenarios.catalogue import WITNESS
 from scenarios.loop.episode_config import EpisodeConfig
+from scenarios.loop.observer import ProgressDisplay
 from scenarios.loop.person.inbox import Inbox
 from scenarios.loop.person.script import Timed
-from scenarios.loop.progress import ProgressDisplay
 from scenarios.run_episode import begin
 
 HIGHER = "move right arm higher"

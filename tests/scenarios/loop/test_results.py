@@ -4,8 +4,7 @@ import json
 from dataclasses import replace
 
 from controller.safety.ledger import Entry
-from scenarios.files.wilson import wilson_interval
-from scenarios.loop.results import SafetyResult, summarise, write_results
+from scenarios.loop.results import SafetyResult, summarise, wilson_interval, write_results
 from tests.scenarios.example_results import CALLED, ERROR, FAILED, NEEDLESS, PASSED, read_results
 
 

@@ -14,7 +14,7 @@ from scenarios.recording.recorder import load
 from scenarios.recording.rerun_decisions import repeat
 from scenarios.run_episode import begin
 from tests.scenarios.from_the_shell.complaint import complaint
-from tissue_sim.sensing.sense import SenseSetup
+from tissue_sim.sensing.sensor_model import SenseSetup
 
 OFFSET_M = 0.002
 HIGHER, RENDERED = f"{__name__}:Higher", f"{__name__}:make_rendered"

@@ -6,7 +6,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from scenarios.loop.metrics.sensing_metrics import EVERY, SPAN_S, SensingMetrics
+from scenarios.loop.sensing_metrics import EVERY, SPAN_S, SensingMetrics
 from tests.planner.observations import clipped
 from tissue_sim.sensing.observation import N_POINTS, Observation
 

@@ -15,7 +15,7 @@ from scenarios.loop.episode_config import EpisodeConfig
 from scenarios.recording.attempt import attempt_episode
 from scenarios.run_episode import begin
 from tests.planner.observations import clipped
-from tissue_sim.rendering.renderer_probe import renderer_available
+from tissue_sim.rendering.renderer import renderer_available
 
 RENDERED = (
     pytest.mark.render,

@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 from controller.expert.targets import belongs_here, clip_pose
-from planner.criteria import structure_of
 from planner.instruction import TASKS
+from planner.scripted import structure_of
 from scenarios.catalogue import WITNESS
 from scenarios.loop.episode_config import EpisodeConfig
 from scenarios.loop.person.inbox import Inbox
@@ -17,7 +17,7 @@ from scenarios.loop.person.surgeon import CONTENT_M, SHOWN_M, WORDS
 from scenarios.loop.policies import make_person
 from scenarios.loop.step import Step
 from scenarios.run_episode import begin
-from tissue_sim.outcome.jaws import between_jaws
+from tissue_sim.structures.tubes import between_jaws
 from tissue_sim.tools.arms import RIGHT_ARM
 from tissue_sim.world import World
 

@@ -9,24 +9,23 @@ import pytest
 
 from planner.instruction import TASKS
 from scenarios.catalogue import CONTROLLERS, PolicyEntry
-from scenarios.perturbation.breathing import PERIOD_S
-from scenarios.perturbation.effects import Effects
-from scenarios.perturbation.manual import MANUAL, NUDGE_S
-from scenarios.perturbation.out_of_range import (
+from scenarios.perturbation.body import (
+    BREATH_S,
     LargeGallbladder,
     ShortTubes,
     SoftTissue,
     StiffTissue,
     WideTubes,
 )
+from scenarios.perturbation.effects import Effects
+from scenarios.perturbation.manual import MANUAL, NUDGE_S
 from scenarios.perturbation.perturbation import AtTask, AtTime
 from scenarios.perturbation.slips import GRASP_SLIPS_S
 from tests.scenarios.perturbation.episodes import SEED, disturbed, perturbation
 from tests.worlds import textbook_world
-from tissue_sim.frames import inverse_pose, rotation_vector
+from tissue_sim.frames import UP, inverse_pose, rotation_vector
 from tissue_sim.outcome.predicates import gallbladder_held
 from tissue_sim.patient.anatomy import RANGES, WIDEST_TUBE, anatomy_from_seed
-from tissue_sim.patient.axes import UP
 from tissue_sim.patient.population import LAWS
 from tissue_sim.patient.textbook import TEXTBOOK, textbook_from_seed
 from tissue_sim.world import World
@@ -42,7 +41,7 @@ def test_breathing_moves_the_fixed_ends_as_a_sine(monkeypatch):
     fixed = episode.world.organ.fixed
     at_rest = episode.world.organ.vertices[fixed]
     for step in islice(episode.steps(), 60):
-        phase = 2 * np.pi * max(step.time_s - start_s, 0.0) / PERIOD_S
+        phase = 2 * np.pi * max(step.time_s - start_s, 0.0) / BREATH_S
         moved = episode.world.tissue.positions()[fixed] - at_rest
         expected = np.tile(amplitude_m * np.sin(phase) * UP, (len(moved), 1))
         np.testing.assert_allclose(moved, expected, atol=FLOAT32_M)

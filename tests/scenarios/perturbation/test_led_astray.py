@@ -5,17 +5,17 @@ from pkgutil import resolve_name
 import numpy as np
 import pytest
 
+from controller.expert.motion import PEAK_SPEED_M_S, minimum_jerk
 from controller.expert.skills import GRASP_SHUT_RAD
-from controller.minimum_jerk import PEAK_SPEED_M_S, minimum_jerk
-from planner.criteria import structure_of, task_done
+from planner.scripted import structure_of, task_done
 from planner.task import TASKS
 from scenarios.perturbation.led_astray import NEAR_M, commanded_pose
 from scenarios.perturbation.perturbation import AtTask
 from tests.scenarios.perturbation.episodes import SEED, disturbed, perturbation
 from tests.slow import slow
+from tissue_sim.constants import CONTROL_PERIOD_S
 from tissue_sim.frames import axis_angle, inverse_pose, pose, transform
-from tissue_sim.periods import CONTROL_PERIOD_S
-from tissue_sim.surgery.clips.clip import CLIP_LENGTH_M
+from tissue_sim.surgery.clip import CLIP_LENGTH_M
 
 GRAB, CLIP = 1, 2
 COMMANDED_M = 1e-6  # commanded pose

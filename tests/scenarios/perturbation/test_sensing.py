@@ -10,7 +10,7 @@ from scenarios.catalogue import WITNESS
 from scenarios.loop.episode_config import EpisodeConfig
 from scenarios.perturbation.effects import Effects
 from scenarios.perturbation.perturbations import SENSING
-from scenarios.perturbation.sensing import SIZES
+from scenarios.perturbation.signals import SIZES
 from scenarios.run_episode import begin
 from tissue_sim.sensing.sensor_model import SensorModel
 

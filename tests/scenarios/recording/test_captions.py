@@ -5,8 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from planner.assessment import Assessment
-from planner.instruction import CORRECTIONS, TASKS, Instruction
+from planner.instruction import CORRECTIONS, TASKS, Assessment, Instruction
 from scenarios.recording.captions import RECENT_S, captioned
 from scenarios.recording.event_log import EpisodeStatus, LogLine
 

@@ -7,8 +7,8 @@ import pytest
 
 from scenarios.recording.overlay import CLIP, HIDDEN, LEAST_PX, SEEN, overlaid, projected
 from tests.planner.observations import clipped
+from tissue_sim.sensing.cameras import CAMERAS
 from tissue_sim.sensing.observation import N_POINTS
-from tissue_sim.sensing.pictures.cameras import CAMERAS
 
 HEIGHT, WIDTH = 120, 160
 SIGHT = clipped(left=1)

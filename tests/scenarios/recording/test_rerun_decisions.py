@@ -8,9 +8,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from controller.diffusion.checkpoint import CHECKPOINTS
-from controller.diffusion.learning.training import PRESETS
-from controller.diffusion.policy import Policy
+from controller.diffusion.policy import CHECKPOINTS, Policy
+from controller.diffusion.training import PRESETS
 from scenarios.catalogue import CONTROLLERS, PEOPLE, WITNESS, PolicyEntry
 from scenarios.loop.episode_config import EpisodeConfig
 from scenarios.recording.attempt import attempt_episode

@@ -8,7 +8,7 @@ from scenarios.recording.captions import captioned
 from scenarios.recording.event_log import EpisodeStatus
 from scenarios.recording.video import CLOSING_S, VideoWriter
 from tests.scenarios.example_results import PASSED
-from tissue_sim.periods import CONTROL_HZ
+from tissue_sim.constants import CONTROL_HZ
 
 
 class GreyingWorld:

@@ -12,7 +12,7 @@ from scenarios.viewer.chromium import browser, button, enter, missing, open_tab,
 from scenarios.viewer.serving.page_process import PageProcess
 from scenarios.viewer.serving.port import choose_port
 from tests.scenarios.viewer.sessions import SEED, run_to, running_session, wait_until
-from tissue_sim.periods import CONTROL_PERIOD_S
+from tissue_sim.constants import CONTROL_PERIOD_S
 from tissue_sim.tools.arms import RIGHT_ARM
 
 pytestmark = [
@@ -210,8 +210,8 @@ def test_a_person_guides_an_arm_until_giving_it_back(tab, session):
 
 
 def test_an_exported_page_works_offline(chromium, tmp_path, session):
-    from scenarios.viewer.export import export
     from scenarios.viewer.recording_frames import RecordingFrames
+    from scenarios.viewer.replay_page import export
 
     session.pace.speed = math.inf
     session.pace.go_on()

@@ -14,7 +14,7 @@ from scenarios.loop.episode_config import EpisodeConfig
 from scenarios.loop.person.guided_arm import GuidedArm
 from scenarios.loop.person.inbox import Inbox
 from scenarios.run_episode import begin
-from scenarios.viewer.interventions_on_request import InterventionsOnRequest
+from scenarios.viewer.session_state import InterventionsOnRequest
 from tissue_sim.tools.arms import RIGHT_ARM
 
 

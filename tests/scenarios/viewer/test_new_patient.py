@@ -9,7 +9,7 @@ import viser
 from scenarios.catalogue import SCENARIOS, SENSES, WITNESS
 from scenarios.commands.browser import new_session
 from scenarios.loop.episode_config import EpisodeConfig
-from scenarios.viewer.panels.new_patient import NewPatientPanel
+from scenarios.viewer.panels.episode import NewPatientPanel
 from scenarios.viewer.serving.port import choose_port
 from tests.scenarios.viewer.sessions import at
 

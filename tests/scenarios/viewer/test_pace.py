@@ -11,7 +11,7 @@ from scenarios.catalogue import WITNESS
 from scenarios.loop.episode_config import EpisodeConfig
 from scenarios.viewer.pace import Pace, Restart
 from tests.scenarios.viewer.sessions import wait_until
-from tissue_sim.periods import CONTROL_PERIOD_S
+from tissue_sim.constants import CONTROL_PERIOD_S
 
 CONFIG = EpisodeConfig(**WITNESS, scenario="textbook", seed=10_001)
 

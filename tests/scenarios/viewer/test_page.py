@@ -14,7 +14,7 @@ from websockets.exceptions import ConnectionClosed
 from websockets.sync.client import connect
 
 from scenarios.demonstration import interventions
-from scenarios.viewer.panels.keys import KEYS
+from scenarios.viewer.panels.legend import KEYS
 from scenarios.viewer.serving.page_process import PageProcess
 from scenarios.viewer.serving.port import choose_port
 from tests.scenarios.viewer.sessions import run_to, running_session, wait_until

@@ -3,7 +3,7 @@
 import pytest
 import viser
 
-from scenarios.viewer.panels.actions.take_over import TakeOverPanel
+from scenarios.viewer.panels.interventions import TakeOverPanel
 from scenarios.viewer.serving.port import choose_port
 from tests.scenarios.viewer.sessions import at, running_session
 from tissue_sim.tools.arms import RIGHT_ARM

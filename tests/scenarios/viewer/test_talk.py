@@ -6,7 +6,7 @@ from threading import Thread
 import pytest
 import viser
 
-from scenarios.viewer.panels.actions.talk import LATE_S, TalkPanel
+from scenarios.viewer.panels.talk import LATE_S, TalkPanel
 from scenarios.viewer.serving.port import choose_port
 from tests.scenarios.viewer.sessions import at, running_session
 

@@ -6,7 +6,7 @@ from contextlib import suppress
 
 import pytest
 
-from scenarios.workers.stop_signals import (
+from scenarios.workers.process import (
     STOP_SIGNALS,
     counting,
     importing,

@@ -5,7 +5,7 @@ import pytest
 
 from tests.tissue_sim.bodies import dense_stiffness, forces
 from tissue_sim.frames import Array
-from tissue_sim.mechanics.forces.assembly import MAX_DRIFT
+from tissue_sim.mechanics.assembly import MAX_DRIFT
 from tissue_sim.mechanics.tissue import Tissue
 from tissue_sim.verification.bodies import RUBBER, box, organ_of, put, tissue_of
 

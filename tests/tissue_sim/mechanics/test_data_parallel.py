@@ -11,8 +11,8 @@ from tissue_sim.patient.organ import build_organ
 from tissue_sim.patient.textbook import textbook_from_seed
 from tissue_sim.patient.variants import variant
 from tissue_sim.structures.tubes import Tubes
-from tissue_sim.surgery.clips.clip import CLIP_LENGTH_M, latch
-from tissue_sim.surgery.clips.clip_bar import place_bars
+from tissue_sim.surgery.clip import CLIP_LENGTH_M, latch
+from tissue_sim.surgery.clip_bar import place_bars
 from tissue_sim.verification.bodies import astride
 
 SEEDS = (10_000, 10_001)

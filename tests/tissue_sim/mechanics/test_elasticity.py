@@ -12,7 +12,7 @@ from hypothesis.extra import numpy as hnp
 
 from tests.tissue_sim.bodies import dense_stiffness, forces
 from tissue_sim.frames import Array, axis_angle
-from tissue_sim.mechanics.forces.elasticity import COLLAPSED
+from tissue_sim.mechanics.elasticity import COLLAPSED
 from tissue_sim.mechanics.tissue import Tissue
 from tissue_sim.verification.bodies import EPS, RUBBER, box, organ_of, put, tissue_of
 

@@ -6,8 +6,8 @@ import warp as wp
 
 from tests.tissue_sim.bodies import dense_stiffness, forces
 from tissue_sim.mechanics.arrays import TissueArrays
-from tissue_sim.mechanics.forces.assembly import add_elastic_force, add_stiffness
-from tissue_sim.mechanics.forces.lanes import LANES
+from tissue_sim.mechanics.assembly import add_elastic_force, add_stiffness
+from tissue_sim.mechanics.lanes import LANES
 from tissue_sim.mechanics.tissue import Tissue, step_parameters
 from tissue_sim.verification.bodies import box, organ_of, put, tissue_of
 

@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 
 from tests.tissue_sim.bodies import dense_stiffness, forces
 from tissue_sim.frames import Array
-from tissue_sim.mechanics.forces import springs
+from tissue_sim.mechanics import springs
 from tissue_sim.mechanics.tissue import Tissue
 from tissue_sim.patient.organ import build_organ
 from tissue_sim.patient.textbook import textbook_from_seed

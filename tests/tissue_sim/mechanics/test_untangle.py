@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 from tests.tissue_sim.bodies import rod
-from tissue_sim.mechanics.forces.untangle import UNFOLDED
 from tissue_sim.mechanics.tissue import Tissue, TissueConfig
+from tissue_sim.mechanics.untangle import UNFOLDED
 from tissue_sim.patient.organ import REGIONS
 from tissue_sim.verification.bodies import organ_of, put, tissue_of
 

@@ -2,7 +2,7 @@
 
 from dataclasses import replace
 
-from tissue_sim.surgery.clips.clip import CLIP_LENGTH_M, CLIP_WIDTH_M, latch
+from tissue_sim.surgery.clip import CLIP_LENGTH_M, CLIP_WIDTH_M, latch
 from tissue_sim.surgery.cut import BLADE_LENGTH_M, sever
 from tissue_sim.surgery.leak import leaks
 from tissue_sim.thresholds import CLIP_MIN_GAP_M

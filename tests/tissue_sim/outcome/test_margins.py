@@ -7,7 +7,7 @@ import pytest
 
 from tests.tissue_sim.outcome.clipping import clip, cut, settle, three_clips
 from tissue_sim.outcome.margins import margins
-from tissue_sim.surgery.clips.clip import CLIP_WIDTH_M
+from tissue_sim.surgery.clip import CLIP_WIDTH_M
 from tissue_sim.thresholds import CUFF_MIN_M, LUMEN_CLOSED, TEST_PULL_N
 from tissue_sim.world import World
 

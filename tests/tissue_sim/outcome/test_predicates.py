@@ -28,7 +28,7 @@ from tissue_sim.outcome.predicates import (
     tube_cut,
 )
 from tissue_sim.patient.organ import TUBES
-from tissue_sim.surgery.clips.clip import CLIP_LENGTH_M, CLIP_WIDTH_M, detach, latch
+from tissue_sim.surgery.clip import CLIP_LENGTH_M, CLIP_WIDTH_M, detach, latch
 from tissue_sim.surgery.grasp import LEFT_FINGERS, Grasp
 from tissue_sim.thresholds import CUFF_MIN_M, GRASP_MAX_JAW_RAD, RETRACTED_M, SPREAD_MIN_M
 from tissue_sim.tools.arms import LEFT_ARM, RIGHT_ARM

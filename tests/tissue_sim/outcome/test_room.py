@@ -19,7 +19,7 @@ from tissue_sim.patient.anatomy import Anatomy
 from tissue_sim.patient.organ import TUBES
 from tissue_sim.patient.textbook import textbook_from_seed
 from tissue_sim.patient.variants import variant
-from tissue_sim.surgery.clips.clip import CLIP_LENGTH_M, CLIP_WIDTH_M, latch
+from tissue_sim.surgery.clip import CLIP_LENGTH_M, CLIP_WIDTH_M, latch
 from tissue_sim.surgery.cut import BLADE_LENGTH_M, sever
 from tissue_sim.surgery.injury import Injury
 from tissue_sim.thresholds import CLIP_MIN_GAP_M, CUFF_MIN_M

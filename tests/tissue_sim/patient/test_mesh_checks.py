@@ -8,7 +8,7 @@ import pytest
 
 from tests.tissue_sim.bodies import rod
 from tissue_sim.frames import Array
-from tissue_sim.mechanics.organ_check import require_sound_organ
+from tissue_sim.mechanics.layout import require_sound_organ
 from tissue_sim.mechanics.tissue import Tissue
 from tissue_sim.patient.anatomy import anatomy_from_seed
 from tissue_sim.patient.mesh_checks import require_sound_elements

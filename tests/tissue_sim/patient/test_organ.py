@@ -9,12 +9,11 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from tests.slow import slow
-from tissue_sim.frames import Array, unit
-from tissue_sim.mechanics.organ_check import require_sound_organ
+from tissue_sim.frames import AWAY, RIGHT, Array, unit
+from tissue_sim.mechanics.layout import require_sound_organ
 from tissue_sim.mechanics.topology import boundary_faces, components
 from tissue_sim.patient.anatomy import COUNTS, RANGES, Anatomy, Artery, anatomy_from_seed
 from tissue_sim.patient.at_risk import AT_RISK, BRANCHES, RADIUS_M, SPACING_M
-from tissue_sim.patient.axes import AWAY, RIGHT
 from tissue_sim.patient.mesher import signed_volumes, sweep
 from tissue_sim.patient.organ import (
     REGIONS,

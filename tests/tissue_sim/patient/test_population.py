@@ -6,12 +6,13 @@ import numpy as np
 import pytest
 
 from tissue_sim.patient.anatomy import WIDEST_TUBE, Anatomy, anatomy_from_seed
-from tissue_sim.patient.courses import CROSSING_LENGTH_M, LOW_LENGTH_M
 from tissue_sim.patient.distributions import Uniform
 from tissue_sim.patient.population import (
     BEHIND_SHARE,
+    CROSSING_LENGTH_M,
     IN_FRONT_SHARE,
     LAWS,
+    LOW_LENGTH_M,
     SECOND_ARTERY_SHARE,
     SWAPPED_SHARE,
     WIDEST_SAC,

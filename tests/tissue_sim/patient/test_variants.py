@@ -6,17 +6,16 @@ import numpy as np
 import pytest
 
 from tests.tissue_sim.bodies import forces
-from tissue_sim.frames import Array, unit
+from tissue_sim.frames import AWAY, RIGHT, UP, Array, unit
 from tissue_sim.mechanics.tissue import Tissue
 from tissue_sim.outcome.clip_rule import needed_m
 from tissue_sim.patient.anatomy import Anatomy, anatomy_from_seed
-from tissue_sim.patient.axes import AWAY, RIGHT, UP
 from tissue_sim.patient.organ import Organ, build_organ
 from tissue_sim.patient.textbook import TEXTBOOK, textbook_from_seed
 from tissue_sim.patient.variants import VARIANTS, patient_of, variant
-from tissue_sim.rendering.drawn.drawn_strands import holding
+from tissue_sim.rendering.drawn_strands import holding
 from tissue_sim.structures.tubes import Tubes
-from tissue_sim.surgery.clips.clip import CLIP_LENGTH_M, latch
+from tissue_sim.surgery.clip import CLIP_LENGTH_M, latch
 from tissue_sim.surgery.cut import BLADE_LENGTH_M, sever
 from tissue_sim.surgery.leak import leaks
 from tissue_sim.verification.bodies import EPS, astride, put, tissue_of

@@ -3,14 +3,13 @@
 import numpy as np
 import pytest
 
-from tissue_sim.frames import Array
+from tissue_sim.frames import AWAY, RIGHT, UP, Array
 from tissue_sim.patient.anatomy import Anatomy, anatomy_from_seed
-from tissue_sim.patient.axes import AWAY, RIGHT, UP
 from tissue_sim.patient.organ import Organ, build_organ
 from tissue_sim.patient.textbook import textbook_from_seed
-from tissue_sim.rendering.drawn.drawn_strands import SPREAD_M, STRAND_RADIUS_M, WAVE, bundles
-from tissue_sim.rendering.drawn.drawn_surroundings import depth_behind_m, surroundings
-from tissue_sim.sensing.pictures.segmentation import CLASSES
+from tissue_sim.rendering.drawn_strands import SPREAD_M, STRAND_RADIUS_M, WAVE, bundles
+from tissue_sim.rendering.drawn_surroundings import depth_behind_m, surroundings
+from tissue_sim.sensing.segmentation import CLASSES
 
 REACH_M = 0.0085  # how far behind a tube's middle the fingers that clip it reach, with their radius
 UNDISSECTED_M = 0.006  # of a tube, from its trunk: nobody clips there

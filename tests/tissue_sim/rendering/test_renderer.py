@@ -132,8 +132,8 @@ def test_a_broken_renderer_is_none(library, another_python):
     (folder / "broken.so").write_text("not a library")
     (folder / LIBRARIES).write_text(library)
     asked = (
-        "from tissue_sim.rendering import renderer, renderer_probe;"
-        "assert not renderer_probe.renderer_available();"
+        "from tissue_sim.rendering import renderer;"
+        "assert not renderer.renderer_available();"
         "renderer.render_system()"
     )
     told = subprocess.run(

@@ -8,14 +8,13 @@ import pytest
 from scipy.ndimage import uniform_filter
 
 from tissue_sim import environment
-from tissue_sim.frames import Array, inverse_pose, pose, transform, unit
-from tissue_sim.patient.axes import AWAY
+from tissue_sim.frames import AWAY, Array, inverse_pose, pose, transform, unit
 from tissue_sim.patient.textbook import textbook_from_seed
 from tissue_sim.patient.walls import n_patches, patch_corners
-from tissue_sim.rendering.renderer_probe import renderer_available
-from tissue_sim.sensing.pictures.camera_names import CAMERA_NAMES
-from tissue_sim.sensing.pictures.cameras import BASELINE_M, CameraSpec, T_world_camera
-from tissue_sim.surgery.clips.clip import detach, latch
+from tissue_sim.rendering.renderer import renderer_available
+from tissue_sim.sensing.cameras import BASELINE_M, CameraSpec, T_world_camera
+from tissue_sim.sensing.glance import CAMERA_NAMES
+from tissue_sim.surgery.clip import detach, latch
 from tissue_sim.surgery.cut import sever
 from tissue_sim.surgery.leak import leaks
 from tissue_sim.tools.arms import JointCommand
@@ -197,21 +196,21 @@ def test_a_hole_in_the_gallbladder_is_seen_and_leaks(world: World) -> None:
 
 
 def test_drops_show_the_rate() -> None:
-    from tissue_sim.rendering.drawn.drawn_leaks import drop_radius_m
+    from tissue_sim.rendering.drawn_leaks import drop_radius_m
 
     slow, fast = drop_radius_m(1e-8), drop_radius_m(8e-8)
     assert fast == pytest.approx(2.0 * slow)
 
 
 def test_a_pool_holds_what_has_leaked() -> None:
-    from tissue_sim.rendering.drawn.drawn_leaks import POOL_DEPTH_M, pool_radius_m
+    from tissue_sim.rendering.drawn_leaks import POOL_DEPTH_M, pool_radius_m
 
     volume_m3, radius_m = 5e-6, pool_radius_m(5e-6)
     assert 4.0 / 3.0 * np.pi * radius_m**2 * 0.5 * POOL_DEPTH_M == pytest.approx(volume_m3)
 
 
 def test_drawn_clip_embraces_the_tube_it_is_on(world: World) -> None:
-    from tissue_sim.surgery.clips.clip import T_world_clip
+    from tissue_sim.surgery.clip import T_world_clip
 
     clip_on(world, "duct", 0.5)
     hold(world, 10)

@@ -10,12 +10,21 @@ import pytest
 
 from controller.kinematics import inverse_kinematics
 from tests.tissue_sim.treatment import run
-from tissue_sim.frames import Array, exponential, inverse_pose, pose, transform, unit
-from tissue_sim.patient.axes import AWAY, RIGHT, UP
+from tissue_sim.frames import (
+    AWAY,
+    RIGHT,
+    UP,
+    Array,
+    exponential,
+    inverse_pose,
+    pose,
+    transform,
+    unit,
+)
 from tissue_sim.patient.organ import INFUNDIBULUM_M, INFUNDIBULUM_SEGMENTS
 from tissue_sim.patient.textbook import textbook_from_seed
 from tissue_sim.sensing.observation import MAX_CLIPS, SAC_POINTS, TUBE_POINTS, Observation
-from tissue_sim.surgery.clips.clip import CLIP_LENGTH_M, CLIP_WIDTH_M, latch
+from tissue_sim.surgery.clip import CLIP_LENGTH_M, CLIP_WIDTH_M, latch
 from tissue_sim.surgery.cut import BLADE_LENGTH_M, sever
 from tissue_sim.tools.arms import HOME_JOINTS, LEFT_ARM, RIGHT_ARM, JointCommand
 from tissue_sim.tools.psm import forward_kinematics

@@ -5,11 +5,11 @@ import pytest
 
 from tissue_sim.frames import inverse_pose, transform
 from tissue_sim.patient.textbook import textbook_from_seed
-from tissue_sim.rendering.renderer_probe import renderer_available
+from tissue_sim.rendering.renderer import renderer_available
 from tissue_sim.rendering.shader_pack import COLOR_PICTURE, POSITION_PICTURE
+from tissue_sim.sensing.cameras import T_world_camera
 from tissue_sim.sensing.exact import exact_observation
-from tissue_sim.sensing.pictures.cameras import T_world_camera
-from tissue_sim.sensing.pictures.eyes import (
+from tissue_sim.sensing.eyes import (
     CLOSE,
     ENDOSCOPE_VIEWS,
     JAW_PLAY_RAD,
@@ -18,8 +18,8 @@ from tissue_sim.sensing.pictures.eyes import (
     WHOLE,
     Eyes,
 )
-from tissue_sim.sensing.pictures.glance import Glance
-from tissue_sim.sensing.pictures.shown import N_SHOWN, project, shown_points, visible
+from tissue_sim.sensing.glance import Glance
+from tissue_sim.sensing.picture_points import N_SHOWN, project, shown_points, visible
 from tissue_sim.tools.arms import JointCommand
 from tissue_sim.world import World
 

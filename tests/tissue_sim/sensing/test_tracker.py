@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from tests.planner.observations import clipped
-from tissue_sim.periods import CONTROL_PERIOD_S
+from tissue_sim.constants import CONTROL_PERIOD_S
 from tissue_sim.sensing.observation import (
     N_POINTS,
     POINTS,

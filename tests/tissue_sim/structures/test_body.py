@@ -2,9 +2,9 @@
 
 import numpy as np
 
-from tissue_sim.patient.axes import UP
+from tissue_sim.constants import CONTROL_PERIOD_S
+from tissue_sim.frames import UP
 from tissue_sim.patient.textbook import textbook_from_seed
-from tissue_sim.periods import CONTROL_PERIOD_S
 from tissue_sim.tools.arms import LIVER, JointCommand
 from tissue_sim.world import World
 

@@ -6,9 +6,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from tissue_sim.frames import axis_angle, unit
-from tissue_sim.mechanics.topology import boundary_faces
+from tissue_sim.mechanics.topology import boundary_faces, distances_to_triangles, encloses
 from tissue_sim.patient.textbook import textbook_from_seed
-from tissue_sim.structures.surface import distances_to_triangles, encloses
 from tissue_sim.verification.bodies import box, put
 from tissue_sim.world import World
 

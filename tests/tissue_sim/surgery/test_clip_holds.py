@@ -14,11 +14,11 @@ from tests.tissue_sim.patients import (
     run,
     settled,
 )
+from tissue_sim.constants import CONTROL_PERIOD_S
 from tissue_sim.frames import Array, axis_angle, inverse_pose, pose, rigid_fit, transform
 from tissue_sim.patient.organ import REGIONS, RING_SPACING_M, TUBES
-from tissue_sim.periods import CONTROL_PERIOD_S
 from tissue_sim.structures.tubes import Tubes
-from tissue_sim.surgery.clips.clip import (
+from tissue_sim.surgery.clip import (
     CLIP_WIDTH_M,
     LOCK_STRENGTH_N,
     Clip,
@@ -28,7 +28,7 @@ from tissue_sim.surgery.clips.clip import (
     grip_n,
     holding_forces_n,
 )
-from tissue_sim.surgery.clips.slip import SLIP_SPEED_M_S, Pull, apply_pull, slide, update_after_cut
+from tissue_sim.surgery.clip_slip import SLIP_SPEED_M_S, Pull, apply_pull, slide, update_after_cut
 from tissue_sim.thresholds import CUFF_MIN_M, LUMEN_CLOSED, TEST_PULL_N
 
 SEED = 10_000

@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 
 from tissue_sim.patient.textbook import textbook_from_seed
-from tissue_sim.rendering.drawn.drawn_tissue import looks
+from tissue_sim.rendering.drawn_tissue import looks
 from tissue_sim.rendering.textures import colours
-from tissue_sim.surgery.conditions import Conditions
+from tissue_sim.surgery.record import Conditions
 
 
 @pytest.mark.parametrize("name", ["grip", "dyed"])

@@ -7,17 +7,22 @@ import pytest
 
 from tests.tissue_sim.bodies import rod
 from tests.tissue_sim.patients import lumen_shares
-from tissue_sim.frames import Array, axis_angle, pose, unit
+from tissue_sim.frames import AWAY, Array, axis_angle, pose, unit
 from tissue_sim.mechanics.topology import surface_faces
 from tissue_sim.outcome.predicates import tube_cut
-from tissue_sim.patient.axes import AWAY
-from tissue_sim.patient.collagen import FAILURE_STRETCH, stiffness_pa
 from tissue_sim.patient.material import DENSITY_KG_M3, MATERIALS, WALL_THICKNESS_M
 from tissue_sim.patient.organ import REGIONS, TUBES
-from tissue_sim.patient.walls import SAC, n_patches, patch_stiffness, wall_pieces
+from tissue_sim.patient.walls import (
+    FAILURE_STRETCH,
+    SAC,
+    n_patches,
+    patch_stiffness,
+    stiffness_pa,
+    wall_pieces,
+)
 from tissue_sim.rendering.skin import CUT_LUMEN, build_skin
 from tissue_sim.structures.tubes import Tubes
-from tissue_sim.surgery.clips.clip import CLIP_LENGTH_M, latch
+from tissue_sim.surgery.clip import CLIP_LENGTH_M, latch
 from tissue_sim.surgery.cut import BLADE_LENGTH_M, sever
 from tissue_sim.surgery.flow import BILE, FlowSegment, outflow_m3_s
 from tissue_sim.surgery.grasp import Grasp

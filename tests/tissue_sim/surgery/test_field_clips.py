@@ -7,18 +7,17 @@ import pytest
 
 from controller.kinematics import inverse_kinematics
 from tests.tissue_sim.patients import retention_n
-from tissue_sim.frames import Array, inverse_pose
+from tissue_sim.frames import AWAY, Array, inverse_pose
 from tissue_sim.outcome import nurse
 from tissue_sim.outcome.predicates import clip_placed, stumps_hold
 from tissue_sim.outcome.retention import CLAMP_RINGS, pull_all_clips
 from tissue_sim.patient.at_risk import HEPATIC_ARTERY
-from tissue_sim.patient.axes import AWAY
 from tissue_sim.patient.organ import TUBES
 from tissue_sim.patient.textbook import textbook_from_seed
-from tissue_sim.surgery.clips.clip import CLIP_LENGTH_M, CLIP_WIDTH_M, Clip, latch
-from tissue_sim.surgery.clips.loose_clip import GRAVITY_M_S2, PERITONEUM_AWAY_M
+from tissue_sim.surgery.clip import CLIP_LENGTH_M, CLIP_WIDTH_M, Clip, latch
 from tissue_sim.surgery.cut import BLADE_LENGTH_M, sever
 from tissue_sim.surgery.leak import leaks
+from tissue_sim.surgery.loose_clip import GRAVITY_M_S2, PERITONEUM_AWAY_M
 from tissue_sim.thresholds import CUFF_MIN_M, TEST_PULL_N
 from tissue_sim.tools.arms import HOME_JOINTS, RIGHT_ARM, JointCommand
 from tissue_sim.verification.bodies import astride

@@ -10,7 +10,7 @@ from tissue_sim.frames import Array, unit
 from tissue_sim.patient.at_risk import BRANCHES, COMMON_DUCT
 from tissue_sim.patient.material import WALL_THICKNESS_M
 from tissue_sim.patient.walls import n_sectors, patch_corners
-from tissue_sim.surgery.clips.clip import CLIP_LENGTH_M, latch
+from tissue_sim.surgery.clip import CLIP_LENGTH_M, latch
 from tissue_sim.surgery.flow import FlowSegment, outflow_m3_s
 from tissue_sim.surgery.leak import FLUIDS, PRESSURE_PA, Leak, root_leaks
 from tissue_sim.thresholds import PIERCED_M

@@ -4,8 +4,7 @@ import numpy as np
 import pytest
 import sapien
 
-from tissue_sim.frames import axis_angle, inverse_pose
-from tissue_sim.patient.axes import AWAY, RIGHT, UP
+from tissue_sim.frames import AWAY, RIGHT, UP, axis_angle, inverse_pose
 from tissue_sim.tools.arms import HOME_JOINTS, LIVER, RIGHT_ARM, Arms
 from tissue_sim.tools.instruments import INSTRUMENTS
 from tissue_sim.tools.psm import forward_kinematics, joint_limits

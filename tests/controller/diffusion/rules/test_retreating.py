@@ -16,7 +16,7 @@ from tissue_sim.frames import Array
 from tissue_sim.sensing.observation import fields
 from tissue_sim.thresholds import RETRACTED_M
 from tissue_sim.tools.arms import RIGHT_ARM
-from tissue_sim.tools.clip_size import CLIP_LENGTH_M
+from tissue_sim.tools.instruments import CLIP_LENGTH_M
 
 OPEN_RAD = 0.35
 TURNED = np.array([0.0, 1.0, 0.0, -1.0, 0.0, 0.0])

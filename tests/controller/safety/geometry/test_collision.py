@@ -6,7 +6,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from controller.safety.geometry import collision
-from controller.safety.geometry.chain_gaps import ALONGSIDE_M
+from controller.safety.geometry.collision import ALONGSIDE_M
 from controller.safety.geometry.gap import MM, Core, gap
 from controller.safety.geometry.link_cores import N_LINK, link_cores
 from controller.safety.geometry.rigid_surface import SurfaceModel

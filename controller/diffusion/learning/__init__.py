@@ -1,1 +1,0 @@
-"""How does the policy learn from demonstrations?"""

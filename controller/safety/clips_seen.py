@@ -1,0 +1,72 @@
+"""Decide from the observation alone whether a cut has enough clips, and room beside them."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from planner.command import TUBES
+from planner.scene.duct_side import structure_seen
+from planner.scene.next_task import ON_TUBE_M, clips_needed_on, clips_on
+from planner.task import Tube
+from tissue_sim.patient.at_risk import AT_RISK
+from tissue_sim.sensing.observation import (
+    MAX_CLIPS,
+    N_POINTS,
+    SCISSORS,
+    TUBE_POINTS,
+    Observation,
+)
+from tissue_sim.sensing.polyline import nearest_on, nearest_to_jaws
+from tissue_sim.thresholds import CLIP_MIN_GAP_M, CUFF_MIN_M
+from tissue_sim.tools.arms import RIGHT_ARM
+from tissue_sim.tools.instruments import CLIP_WIDTH_M, MOUTHS
+
+SURE = 2.0  # standard deviations of a tube's length; assumed
+UNSURE = 0.5  # standard deviations by which a clip may lie farther away; assumed
+
+
+def lacking_clips(seen: Observation) -> frozenset[str]:
+    """Return the structures that lack clips for a cut; structures at risk always do.
+
+    A third clip is required only where a tube surely has room for it.
+    """
+    bare = {
+        structure_seen(tube, seen)
+        for tube in TUBES
+        if clips_on(tube, seen) < clips_needed_on(tube, seen, stds=-SURE)
+    }
+    return frozenset({*bare, *AT_RISK})
+
+
+def crowded_by_clips(seen: Observation, between: frozenset[str]) -> frozenset[str]:
+    """Return the structures between the right jaws on which a clip is too near.
+
+    A clip must be `CLIP_MIN_GAP_M` from the next clip; a cut leaves `CUFF_MIN_M` beside a clip.
+    """
+    cuts = seen.tools[RIGHT_ARM] == SCISSORS
+    if not (cuts or seen.clip_loaded):
+        return frozenset()
+    least_m = 0.5 * CLIP_WIDTH_M + CUFF_MIN_M if cuts else CLIP_WIDTH_M + CLIP_MIN_GAP_M
+    return frozenset(
+        name
+        for tube in TUBES
+        if (name := structure_seen(tube, seen)) in between and _to_clip_m(tube, seen) < least_m
+    )
+
+
+def _to_clip_m(tube: Tube, seen: Observation) -> float:
+    """Return the possible distance of the right jaws' plane to the next clip, tube at rest, m."""
+    row = TUBES.index(tube)
+    line = (seen.left_tube_m, seen.right_tube_m)[row]
+    reach_m, _ = MOUTHS[seen.tools[RIGHT_ARM]]
+    k, share, _ = nearest_to_jaws(line, seen.tips_endoscope[RIGHT_ARM], reach_m)
+    clips_m = seen.clips_m[: min(seen.n_clips, MAX_CLIPS)]
+    places = [nearest_on(line, clip_m) for clip_m in clips_m]
+    nearest_m = np.inf
+    for number, (at, beyond, away_m) in enumerate(places):
+        if away_m <= ON_TUBE_M:
+            apart = abs(at + beyond - k - share) / (TUBE_POINTS - 1)
+            unsure_m = UNSURE * float(seen.std_m[N_POINTS - MAX_CLIPS + number])
+            apart_m = apart * float(seen.rest_length_m[row])
+            nearest_m = min(nearest_m, apart_m + unsure_m)
+    return nearest_m

@@ -1,0 +1,74 @@
+"""Find the structures between the right tool's jaws, from the observation alone."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from controller.safety.seen_obstacles import lines_seen
+from tissue_sim.frames import Array, inverse_pose, transform
+from tissue_sim.sensing.observation import SAC_POINTS, TUBE_POINTS, Observation
+from tissue_sim.structures.tubes import BETWEEN_HALF_GAP_M, GALLBLADDER, SAC_HALF_GAP_M
+from tissue_sim.tools.arms import RIGHT_ARM
+from tissue_sim.tools.instruments import MOUTHS
+
+NOTHING = frozenset[str]()
+SURE = 1.0  # standard deviations; assumed
+_SAC = slice(2 * TUBE_POINTS, 2 * TUBE_POINTS + SAC_POINTS)
+_ACROSS, _ALONG = np.linspace(-1.0, 1.0, 3), np.linspace(0.0, 1.0, 5)
+
+
+def between_jaws_seen(seen: Observation, before: frozenset[str] = NOTHING) -> frozenset[str]:
+    """Return the names of the structures that the jaws would close on.
+
+    If `before` names the gallbladder, its wall was between the jaws before. Then the wall counts as
+    between them until it is surely out, so that the observation's flicker opens no lock.
+    """
+    T_tool_endoscope = inverse_pose(seen.tips_endoscope[RIGHT_ARM])
+    reach_m, width_m = MOUTHS[seen.tools[RIGHT_ARM]]
+    found = {
+        name
+        for name, line in lines_seen(seen).items()
+        if crosses(
+            transform(T_tool_endoscope, line.points_m),
+            line.radius_m,
+            reach_m,
+            float(line.std_m.mean()),
+        )
+    }
+    axis, wall_m = transform(T_tool_endoscope, seen.sac_m), seen.sac_radius_m
+    if GALLBLADDER in before:
+        wall_m = wall_m + SURE * float(seen.std_m[_SAC].mean())
+    if sac_within(axis, wall_m, reach_m, width_m):
+        found.add(GALLBLADDER)
+    return frozenset(found)
+
+
+def crosses(line: Array, radius_m: float, reach_m: float, unsure_m: float) -> bool:
+    """Return whether a line (n, 3), tool frame, crosses the plane x = 0 between the jaws."""
+    x = line[:, 0]
+    spans = np.flatnonzero((x[:-1] * x[1:] <= 0.0) & (x[:-1] != x[1:]))
+    share = (x[spans] / (x[spans] - x[spans + 1]))[:, None]
+    _, y, z = (line[spans] + share * (line[spans + 1] - line[spans])).T
+    within = (-reach_m <= z) & (z <= radius_m) & (np.abs(y) < BETWEEN_HALF_GAP_M + unsure_m)
+    return bool(within.any())
+
+
+def sac_within(axis: Array, radius_m: Array, reach_m: float, width_m: float) -> bool:
+    """Return whether part of the gallbladder lies where the closing jaws meet.
+
+    Args:
+        axis: (5, 3) points of the infundibulum's axis, tool frame.
+        radius_m: (5,) distances of the wall from these points.
+        reach_m: Reach of the jaws.
+        width_m: Width of the jaws.
+    """
+    grid = np.meshgrid(
+        0.5 * width_m * _ACROSS, SAC_HALF_GAP_M * _ACROSS, -reach_m * _ALONG, indexing="ij"
+    )
+    points = np.stack([part.ravel() for part in grid], axis=1)
+    start, way = axis[:-1], np.diff(axis, axis=0)
+    along = np.einsum("nmk,mk->nm", points[:, None] - start, way) / np.vecdot(way, way)
+    foot = start + along[..., None] * way
+    wall_m = radius_m[:-1] + along * np.diff(radius_m)
+    inside = np.linalg.norm(points[:, None] - foot, axis=-1) < wall_m
+    return bool((inside & (along >= 0.0) & (along <= 1.0)).any())

@@ -1,1 +1,0 @@
-"""Which obstacles, and which structures between the jaws, follow from the observation?"""

@@ -1,1 +1,0 @@
-"""How is a sentence written out plainly before it is read?"""

@@ -1,1 +1,0 @@
-"""What does a whole sentence say that orders nothing of arms and tubes?"""

@@ -1,1 +1,0 @@
-"""Does tampered input do harm? Tampered inputs are random changes of good ones."""

@@ -1,1 +1,0 @@
-"""How fast, accurate and robust is the tissue on this machine?"""

@@ -1,1 +1,0 @@
-"""Which benches can `calot bench` run?"""

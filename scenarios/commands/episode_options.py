@@ -1,0 +1,102 @@
+"""The options that `calot run` and `calot view` share: who acts, how, and on whom."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Annotated
+
+from tyro.conf import arg
+
+from scenarios.catalogue import CONTROLLERS, PLANNERS, SCENARIOS, SENSES, usual_sense
+from scenarios.commands.folder_options import require_kernel_cache
+from scenarios.commands.policy_options import require_cameras, require_perception, require_policies
+from scenarios.commands.typed_options import (
+    MOST_SEED,
+    at_least,
+    number,
+    one_of,
+    policy_of,
+    text_of,
+)
+from scenarios.files.errors import BadInputError
+from scenarios.loop.episode_config import EpisodeConfig
+
+
+@dataclass(frozen=True, kw_only=True)
+class EpisodeOptions:
+    """Options of the first episode, and of who acts in it."""
+
+    planner: Annotated[str, policy_of(PLANNERS)] = EpisodeConfig.planner
+    """Who says what to do next; scripted reads the hidden state."""
+    controller: Annotated[str, policy_of(CONTROLLERS)] = EpisodeConfig.controller
+    """Who moves the arms; expert reads the hidden state."""
+    checkpoint: Annotated[Path | None, arg(metavar="FILE")] = None
+    """Checkpoint of a learned controller; the default is the one that comes with Calot."""
+    planner_checkpoint: Annotated[Path | None, arg(metavar="FILE")] = None
+    """Checkpoint of a learned planner; the default is the one that comes with Calot."""
+    sense: Annotated[str | None, policy_of(SENSES)] = None
+    """How everybody who acts observes: exact is simulator state, which no robot has; tracked is a
+    model of cameras and encoders; cameras perceives pictures, and needs a renderer. The default is
+    tracked, for the witness exact."""
+    perception_checkpoint: Annotated[Path | None, arg(metavar="FILE")] = None
+    """Checkpoint of the perception, for --sense cameras or endoscope; the default is the one that
+    comes with Calot."""
+    cameras: Annotated[tuple[str, ...], arg(metavar="NAME ...")] = ()
+    """Cameras whose pictures (320x240) the controller gets besides what --sense tells."""
+    scenario: Annotated[str, one_of(SCENARIOS)] = "nominal"
+    """The conditions."""
+    magnitude: Annotated[float | None, number()] = None
+    """Magnitude of the scenario's perturbation, in its unit; the default is the scenario's own."""
+    act_limit: Annotated[float | None, number()] = None
+    """Seconds on the clock for each answer of the controller; more is an error of the episode."""
+    filter: bool = True
+    """Whether commands pass through the safety filter."""
+    seed: Annotated[int, at_least(0, MOST_SEED)] = EpisodeConfig.seed
+    """Seed of the first episode; each further one takes the next. Test seeds start at 20000."""
+
+    @property
+    def sense_in_force(self) -> str:
+        """Return the sense that was named, or the usual one of who acts."""
+        return self.sense or usual_sense(self.planner, self.controller, self.scenario)
+
+    def require_episode(self) -> None:
+        """Check that the first episode can be run.
+
+        Raises:
+            BadInputError: it cannot; the message names the option.
+        """
+        require_cameras(self.cameras)
+        require_kernel_cache()
+        require_policies(
+            self.planner, self.controller, self.checkpoint, self.planner_checkpoint, self.cameras
+        )
+        require_perception(self.sense_in_force, self.perception_checkpoint)
+        if self.act_limit is not None and not 0.0 < self.act_limit < math.inf:
+            raise BadInputError(f"--act-limit {self.act_limit:g}: it is a number of s above 0")
+        try:
+            self.first_config()
+        except ValueError as error:
+            raise BadInputError(f"--scenario, --magnitude, --sense: {error}") from None
+
+    def first_config(self) -> EpisodeConfig:
+        """Return the configuration of the first episode.
+
+        Raises:
+            ValueError: it is impossible.
+        """
+        return EpisodeConfig(
+            scenario=self.scenario,
+            magnitude=self.magnitude,
+            seed=self.seed,
+            planner=self.planner,
+            controller=self.controller,
+            checkpoint=text_of(self.checkpoint),
+            planner_checkpoint=text_of(self.planner_checkpoint),
+            sense=self.sense_in_force,
+            perception_checkpoint=text_of(self.perception_checkpoint),
+            safety_filter=self.filter,
+            cameras=self.cameras,
+            act_limit_s=self.act_limit,
+        )

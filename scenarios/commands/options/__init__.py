@@ -1,1 +1,0 @@
-"""Which options do commands share, and how are they checked before any work?"""

@@ -1,0 +1,130 @@
+"""Benches of planner, controller and safety filter."""
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Annotated, Literal
+
+from tyro.conf import arg
+
+from scenarios.commands.bench_shared import ControllerOnTrial, show
+from scenarios.commands.typed_options import MOST_SEED, MOST_WORKERS, at_least, one_of
+from scenarios.files.outside_text import Terminal
+
+ASTRAY = ("grasp-missed-above", "grasp-missed-below", "wrong-tube", "both-tubes", "overshoot")
+MIN_STEPS = 30  # some chunks join in them
+
+
+@dataclass(frozen=True, kw_only=True)
+class BenchController:
+    """Time a chunk of the diffusion controller, and measure how smoothly chunks join."""
+
+    checkpoint: Annotated[Path | None, arg(metavar="FILE")] = None
+    """Checkpoint; the default is the one that comes with Calot."""
+    seed: Annotated[int, at_least(0, MOST_SEED)] = 10_000
+    """Seed of the anatomy of the episodes."""
+    repeats: Annotated[int, at_least(1)] = 300
+    """Number of chunks to time."""
+    steps: Annotated[int, at_least(MIN_STEPS)] = 600
+    """Control steps of the episode at each delay."""
+
+    def execute(self) -> int:
+        """Measure and report; return 0."""
+        from scenarios.bench.controller import bench_controller
+
+        with Terminal(stderr=True).status("measuring: controller"):
+            report = bench_controller(
+                checkpoint=self.checkpoint, seed=self.seed, repeats=self.repeats, steps=self.steps
+            )
+        show(report)
+        return 0
+
+
+@dataclass(frozen=True, kw_only=True)
+class BenchPlanner:
+    """Measure the learned planner's accuracy on rollouts that it was not trained on."""
+
+    planner_checkpoint: Annotated[Path | None, arg(metavar="FILE")] = None
+    """Checkpoint; the default is the one that comes with Calot."""
+    data: tuple[Path, ...] = (Path("runs/held_out"),)
+    """Folders of rollouts, as `calot collect --mix rollouts` writes them."""
+
+    def execute(self) -> int:
+        """Measure and report; return 0."""
+        from scenarios.bench.planner import bench_planner
+
+        with Terminal(stderr=True).status("measuring: planner"):
+            table = bench_planner(self.planner_checkpoint, self.data)
+        show([table])
+        return 0
+
+
+@dataclass(frozen=True, kw_only=True)
+class Obedience(ControllerOnTrial):
+    """Check whether each correction is obeyed, and the tube is clipped that is told.
+
+    A planner's correction is heard by the controller alone; a person's is carried out by rule.
+    """
+
+    episodes: Annotated[int, at_least(1)] = 50
+    """Number of patients, each tested at four times."""
+    workers: Annotated[int, at_least(1, MOST_WORKERS)] = 1
+    """Number of processes."""
+    by: Literal["planner", "person"] = "planner"
+    """Who says the corrections."""
+
+    def execute(self) -> int:
+        """Measure and report; return 1 if an error ended a trial."""
+        from scenarios.bench.obedience import obedience_table, run_trials
+        from scenarios.bench.trials.run_trials import error_lines
+
+        trials = run_trials(self.config(), self.episodes, self.workers, self.by)
+        errors = error_lines(trials)
+        show([obedience_table(trials), *errors])
+        return 1 if errors else 0
+
+
+@dataclass(frozen=True, kw_only=True)
+class Corrections(ControllerOnTrial):
+    """Measure the gain of a correction after an arm was led astray: with and without it."""
+
+    scenario: Annotated[str, one_of(ASTRAY)] = "overshoot"
+    """Scenario that leads an arm astray."""
+    episodes: Annotated[int, at_least(1)] = 30
+    """Number of patients, each corrected once."""
+    workers: Annotated[int, at_least(1, MOST_WORKERS)] = 1
+    """Number of processes."""
+
+    def execute(self) -> int:
+        """Measure and report; return 1 if an error ended a trial."""
+        from scenarios.bench.corrections import corrections_table, run_trials
+        from scenarios.bench.trials.run_trials import error_lines
+
+        trials = run_trials(self.config(self.scenario), self.episodes, self.workers)
+        errors = error_lines(trials)
+        show([corrections_table(trials), *errors])
+        return 1 if errors else 0
+
+
+@dataclass(frozen=True, kw_only=True)
+class Safety:
+    """Check that the safety filter withstands attacks on each patient, and time it."""
+
+    seed: Annotated[int, at_least(0, MOST_SEED)] = 10_000
+    """Seed of the first anatomy and its attacks; each further one takes the next."""
+    episodes: Annotated[int, at_least(1)] = 50
+    """Number of patients; each is attacked 18 times at rest."""
+    in_world: Annotated[int, at_least(0)] = 2
+    """Number of attacks on each patient in the moving world."""
+    workers: Annotated[int, at_least(1, MOST_WORKERS)] = 1
+    """Number of processes for the attacks; times are measured before, in one process."""
+
+    def execute(self) -> int:
+        """Measure and report; return 1 if an attack passed the filter."""
+        from scenarios.bench.safety import broken_lines, depth_tables, run_trials, time_table
+
+        with Terminal(stderr=True).status("measuring: safety filter"):
+            times = time_table(self.seed)
+        trials = run_trials(self.seed, self.episodes, self.workers, self.in_world)
+        broken = broken_lines(trials)
+        show([*depth_tables(trials), *broken, times])
+        return 1 if broken else 0

@@ -1,1 +1,0 @@
-"""Which sections does a report have? Each file is one section."""

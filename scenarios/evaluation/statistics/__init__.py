@@ -1,1 +1,0 @@
-"""What do the results of many episodes say: rates, pairs, groups and predictions?"""

@@ -1,1 +1,0 @@
-"""What is measured while an episode runs?"""

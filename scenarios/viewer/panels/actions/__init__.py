@@ -1,1 +1,0 @@
-"""By which panels does a person act on the episode?"""

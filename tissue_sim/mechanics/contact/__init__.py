@@ -1,1 +1,0 @@
-"""What does tissue touch, and with which force?"""

@@ -1,1 +1,0 @@
-"""Which forces hold tissue together, and how stiff are they?"""

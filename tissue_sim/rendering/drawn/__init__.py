@@ -1,1 +1,0 @@
-"""Which parts of the field are drawn? Each file draws one kind of object."""

@@ -1,0 +1,137 @@
+"""Draw leaking bile and blood: a spot on the opening, falling drops, and a growing pool.
+
+A drop contains the volume that leaks until the next drop falls, so its size shows the rate. From an
+artery's open root the drops spurt with the pulse. The leaked volume of a structure lies in a pool
+below it.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+import sapien
+
+from tissue_sim.field import Field
+from tissue_sim.frames import AWAY, RIGHT, UP, Array, unit
+from tissue_sim.patient.at_risk import BRANCHES, COMMON_DUCT, HEPATIC_ARTERY
+from tissue_sim.rendering.drawing import Drawn, Surface
+from tissue_sim.rendering.drawn_surroundings import depth_behind_m
+from tissue_sim.rendering.shapes import drop, joined, sheet
+from tissue_sim.rendering.textures import TILE_M, Look
+from tissue_sim.surgery.leak import HOLE, Leak
+
+FALL_M = 0.014
+DROPS = 4
+PERIOD_S = 0.8
+MAX_RADIUS_M = 0.003  # larger drops break up
+PULSE_S = 0.8  # 75 beats a minute
+SPURT_M = 0.016  # assumed: reach of a spurt at the height of the pulse
+POOL_DEPTH_M = 0.0015  # assumed: thickness of liquid on peritoneum
+POOL_BELOW_M = 0.016  # below the opening, in the endoscope's picture
+_POOL_RINGS, _POOL_SECTORS = 12, 36
+_BILE = Look(colour=(0.22, 0.22, 0.02), roughness=0.2, specular=0.8, film=1.0)
+_BLOOD = Look(colour=(0.36, 0.005, 0.005), roughness=0.2, specular=0.8, film=1.0)
+LEAK_LOOKS = {
+    "duct": _BILE,
+    "gallbladder": _BILE,
+    "artery": _BLOOD,
+    "second artery": _BLOOD,
+    COMMON_DUCT: _BILE,
+    HEPATIC_ARTERY: _BLOOD,
+}
+
+
+class DrawnLeaks:
+    """One surface for each structure that may leak."""
+
+    def __init__(self, scene: sapien.Scene) -> None:
+        self._drawn = {
+            name: Drawn(scene, f"{name} leak", look) for name, look in LEAK_LOOKS.items()
+        }
+
+    def update(self, field: Field) -> None:
+        """Draw the current leaks."""
+        surfaces = leak_surfaces(field)
+        for name, drawn in self._drawn.items():
+            if name in surfaces:
+                drawn.show(surfaces[name])
+            else:
+                drawn.hide()
+
+
+def leak_surfaces(field: Field) -> dict[str, Surface]:
+    """Build the liquid at each leaking structure."""
+    leaks = field.record.leaks
+    rate_m3_s = sum(leak.rate_m3_s for leak in leaks)
+    wet: dict[str, list[Surface]] = {}
+    for leak in leaks:
+        pooled_m3 = field.record.leaked_m3 * leak.rate_m3_s / rate_m3_s if rate_m3_s else 0.0
+        wet.setdefault(leak.structure, []).append(_wet(field, leak, pooled_m3))
+    return {structure: joined(surfaces) for structure, surfaces in wet.items()}
+
+
+def _wet(field: Field, leak: Leak, pooled_m3: float) -> Surface:
+    """Build a spot on the opening, drops that grow with the rate, and their pool."""
+    radius = drop_radius_m(leak.rate_m3_s)
+    phase = field.record.time_s / PERIOD_S % 1.0
+    centre = _mouth(field, leak)
+    down = np.array([0.0, 0.0, -1.0])
+    spot = drop(centre, np.full(3, _mouth_radius_m(field, leak)))
+    fallen = (np.arange(DROPS) + phase) / DROPS
+    spurt_m = _spurt_m(field, leak)
+    falling = [
+        drop(centre + f * spurt_m + f * f * FALL_M * down, radius * np.array([0.85, 0.85, 1.4]))
+        for f in fallen
+    ]
+    return joined([spot, *falling, *_pool(field, centre, pooled_m3)])
+
+
+def _spurt_m(field: Field, leak: Leak) -> Array:
+    """Return the reach (3,) of an artery's open root's current spurt; zero for other leaks."""
+    if LEAK_LOOKS[leak.structure] is not _BLOOD or leak.side != "body":
+        return np.zeros(3)
+    pulse = 0.5 - 0.5 * np.cos(2.0 * np.pi * field.record.time_s / PULSE_S)
+    rings = field.tubes.below[leak.structure][[leak.ring - 1, leak.ring], 0]
+    before, end = field.tissue.positions()[rings].astype(float)
+    return SPURT_M * pulse * unit(end - before)
+
+
+def _pool(field: Field, mouth: Array, volume_m3: float) -> list[Surface]:
+    """Build a pool of this volume below an opening, on the surface behind; none for no volume."""
+    if volume_m3 <= 0.0:
+        return []
+    share, turn = np.meshgrid(
+        np.linspace(0.02, 1.0, _POOL_RINGS), np.linspace(0.0, 2.0 * np.pi, _POOL_SECTORS)
+    )
+    radius_m = pool_radius_m(volume_m3) * share * (1.0 + 0.12 * np.sin(3.0 * turn))
+    at = mouth - field.body.offset_m
+    u = at @ RIGHT + radius_m * np.cos(turn)
+    v = at @ UP - POOL_BELOW_M + radius_m * np.sin(turn)
+    depth = depth_behind_m(field.anatomy, u, v) - POOL_DEPTH_M * np.sqrt(1.0 - share**2)
+    points = u[..., None] * RIGHT + v[..., None] * UP + depth[..., None] * AWAY
+    return [sheet(points[:, ::-1] + field.body.offset_m, TILE_M)]
+
+
+def pool_radius_m(volume_m3: float) -> float:
+    """Return the radius of half an ellipsoid of this volume, `POOL_DEPTH_M` thick in its middle."""
+    return float(np.sqrt(volume_m3 / (2.0 / 3.0 * np.pi * POOL_DEPTH_M)))
+
+
+def drop_radius_m(rate_m3_s: float) -> float:
+    """Return the radius of a ball with the volume that leaks between two drops."""
+    volume = rate_m3_s * PERIOD_S / DROPS
+    return min((3.0 * volume / (4.0 * np.pi)) ** (1.0 / 3.0), MAX_RADIUS_M)
+
+
+def _mouth_radius_m(field: Field, leak: Leak) -> float:
+    if leak.side == HOLE:
+        return MAX_RADIUS_M
+    return 1.15 * field.tubes.radius_m(leak.structure)
+
+
+def _mouth(field: Field, leak: Leak) -> Array:
+    """Return the middle of the leaking opening (3,), world frame."""
+    if leak.side == HOLE:
+        trunk = leak.structure in BRANCHES
+        return field.tubes.root_m(leak.structure) if trunk else field.sac.hole_centre()
+    rings = field.tubes.below if leak.side == "body" else field.tubes.above
+    return field.tissue.positions()[rings[leak.structure][leak.ring, 0]].astype(float)

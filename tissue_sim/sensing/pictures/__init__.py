@@ -1,1 +1,0 @@
-"""What do cameras show, and with which errors?"""

@@ -1,1 +1,0 @@
-"""How do clips latch, squeeze, slip and fall?"""

@@ -1,0 +1,67 @@
+"""Let a loose clip fall freely, onto the liver bed or the peritoneum behind the tubes.
+
+Instruments push the clip aside. It weighs a twentieth of a gram, so its force on them is left out.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+
+from tissue_sim.frames import AWAY, Array, transform
+from tissue_sim.patient.organ import LiverBed
+from tissue_sim.surgery.clip import Clip
+from tissue_sim.surgery.clip_bar import BALLS_M, RADIUS_M, depths
+from tissue_sim.tools.arms import ContactShapes
+
+PERITONEUM_AWAY_M = 0.005  # assumed: least distance of the peritoneum behind the field
+GRAVITY_M_S2 = 9.81
+PUSHES = 3  # out of one instrument, then out of another
+
+
+def fall(clip: Clip, bed: LiverBed, step_s: float) -> Clip:
+    """Return the clip after a step.
+
+    The clip keeps its orientation, falls past the tissue, and stays where it lands.
+    """
+    if clip.fall_m_s is None:
+        return clip
+    speed = clip.fall_m_s + GRAVITY_M_S2 * step_s
+    T = clip.T_world_clip.copy()
+    T[2, 3] -= speed * step_s
+    tip = T[:3, 3]
+    above_bed = tip - bed.point_m
+    if above_bed @ bed.along > bed.edge_m and (height := above_bed @ bed.normal) < 0.0:
+        T[:3, 3] -= height * bed.normal
+    elif (inside := tip @ AWAY - PERITONEUM_AWAY_M) > 0.0:
+        T[:3, 3] -= inside * AWAY
+    else:
+        return replace(clip, T_world_clip=T, fall_m_s=speed)
+    return replace(clip, T_world_clip=T, fall_m_s=None)
+
+
+def push_aside(clip: Clip, shapes: ContactShapes) -> Clip:
+    """Return a lost clip outside of the instruments; a pushed clip falls again."""
+    n_shape = len(shapes.radius_m) // 2 if clip.in_jaws else len(shapes.radius_m)
+    T = clip.T_world_clip.copy()
+    for _ in range(PUSHES):
+        depth_m, normal = depths(transform(T, BALLS_M), shapes)
+        ball = int(np.argmax(depth_m[:, :n_shape].max(axis=1)))
+        touched = np.flatnonzero(depth_m[ball, :n_shape] > 0.0)
+        if not len(touched):
+            break
+        thick_m = 2.0 * (shapes.radius_m[touched] + RADIUS_M)
+        T[:3, 3] += _way_out(depth_m[ball, touched], normal[ball, touched], thick_m)
+    if (clip.T_world_clip == T).all():
+        return clip
+    return replace(clip, T_world_clip=T, fall_m_s=0.0)
+
+
+def _way_out(depth_m: Array, normal: Array, thick_m: Array) -> Array:
+    """Return the way (3,) of a ball out of all shapes: out of closed jaws, not between them.
+
+    The way leads out of the shape with the least penetration, and through the others if necessary.
+    """
+    out = normal[np.argmin(depth_m)]
+    return np.where(normal @ out > 0.0, depth_m, thick_m - depth_m).max() * out
