@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -12,7 +13,9 @@ from tissue_sim.frames import Array, inverse_pose, rotation_from_6d, rotation_to
 from tissue_sim.tools.arms import JointCommand
 from tissue_sim.tools.instruments import Instrument
 from tissue_sim.tools.psm import forward_kinematics
-from tissue_sim.world import World
+
+if TYPE_CHECKING:
+    from tissue_sim.world import World
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -6,6 +6,7 @@ The planner gives the 17 tasks, each until its criterion is met.
 from __future__ import annotations
 
 from collections.abc import Sequence
+from typing import TYPE_CHECKING
 
 from planner.base import MOST_TRIES, PATIENCE_S, failed_too_often
 from planner.instruction import TASKS, Instruction, Task
@@ -22,7 +23,9 @@ from tissue_sim.outcome.predicates import (
 )
 from tissue_sim.outcome.room import why_call
 from tissue_sim.sensing.observation import Observation
-from tissue_sim.world import World
+
+if TYPE_CHECKING:
+    from tissue_sim.world import World
 
 
 class PlannerScripted:

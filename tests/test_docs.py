@@ -17,6 +17,8 @@ from types import ModuleType
 import numpy as np
 import pytest
 
+from controller.diffusion.rules.chunk_rules import RULES as CHUNK_RULES
+from planner.learned.planner import RULES as PLANNER_RULES
 from planner.policy_setup import PolicySetup
 from scenarios.cli import main, parse
 from scenarios.files.errors import BadInputError
@@ -211,6 +213,11 @@ def test_every_room_is_in_the_architecture_with_its_question():
         for path in (ROOT / package).rglob("__init__.py")
     }
     assert listed == rooms
+
+
+def test_every_rule_is_on_the_page_of_rules_with_its_use():
+    rows = re.findall(r"^\| ([^|*]+) \|", (ROOT / "docs/rules.md").read_text(), re.MULTILINE)
+    assert {*CHUNK_RULES, *PLANNER_RULES} <= {row.strip() for row in rows}
 
 
 def test_readme_is_short():

@@ -18,7 +18,6 @@ from tissue_sim.mechanics.tissue import Tissue, TissueConfig
 from tissue_sim.patient.anatomy import Anatomy
 from tissue_sim.patient.mesher import Indices
 from tissue_sim.patient.organ import build_organ
-from tissue_sim.rendering.view import FieldCameras, renderable_scene
 from tissue_sim.sensing.exact import exact_observation
 from tissue_sim.sensing.observation import Observation
 from tissue_sim.structures.body import Body
@@ -74,6 +73,8 @@ class World(Field):
         render: bool = False,
         config: WorldConfig | None = None,
     ) -> None:
+        from tissue_sim.rendering.view import FieldCameras, renderable_scene
+
         self.config = config or WorldConfig()
         self.scene = scene or (renderable_scene() if render else sapien.Scene([physics_system()]))
         self.scene.set_timestep(self.config.physics_step_s)

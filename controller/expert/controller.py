@@ -6,6 +6,7 @@ The expert makes the demonstrations and is the reference for learned controllers
 from __future__ import annotations
 
 from collections import Counter
+from typing import TYPE_CHECKING
 
 from controller.action import Chunk
 from controller.expert.corrections import correcting
@@ -17,7 +18,9 @@ from planner.task import Task
 from tissue_sim.frames import Array
 from tissue_sim.sensing.observation import Observation
 from tissue_sim.tools.arms import LEFT_ARM, RIGHT_ARM
-from tissue_sim.world import World
+
+if TYPE_CHECKING:
+    from tissue_sim.world import World
 
 
 class ControllerExpert:

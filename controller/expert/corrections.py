@@ -6,6 +6,8 @@ Near tissue the motion is slower, 3 mm in a second beside it, because small moti
 
 from __future__ import annotations
 
+from typing import TYPE_CHECKING
+
 import numpy as np
 
 from controller.expert.motion import Goal
@@ -13,7 +15,9 @@ from controller.expert.skills import GRASP_PINCH_N, GRASP_SHUT_RAD
 from planner.correction import DIRECTION_ENDOSCOPE, Correction, JawMotion
 from tissue_sim.frames import Array
 from tissue_sim.tools.arms import LEFT_ARM, RIGHT_ARM
-from tissue_sim.world import World
+
+if TYPE_CHECKING:
+    from tissue_sim.world import World
 
 SLOWEST_M_S, FASTEST_M_S = 0.003, 0.012  # assumed: a cautious surgeon's
 SPEED_PER_DISTANCE_1_S = 0.6

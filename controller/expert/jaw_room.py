@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -10,7 +11,9 @@ from tissue_sim.frames import Array, inverse_pose, transform
 from tissue_sim.patient.at_risk import AT_RISK
 from tissue_sim.patient.mesher import subdivide
 from tissue_sim.tools.instruments import INSTRUMENTS, MOUTHS, PATCH_LINKS
-from tissue_sim.world import World
+
+if TYPE_CHECKING:
+    from tissue_sim.world import World
 
 LINE_PARTS = 5  # between rings of a structure at risk
 SAC_MARGIN_M = 0.002  # to either side of the jaws: the gallbladder's vertices lie this far apart

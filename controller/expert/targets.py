@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -29,7 +30,9 @@ from tissue_sim.tools.instruments import (
     INSTRUMENTS,
     MOUTHS,
 )
-from tissue_sim.world import World
+
+if TYPE_CHECKING:
+    from tissue_sim.world import World
 
 GRASP_RING = 6  # the top of the infundibulum, 15 mm above the neck, or lower on a wide sac
 GRASPED_M = 0.0112  # largest radius that the jaws hold firmly when they have closed; measured

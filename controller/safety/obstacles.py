@@ -5,18 +5,20 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cache
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
 from controller.safety.geometry.rigid_surface import RigidSurface, port_wall
 from tissue_sim.frames import Array
-from tissue_sim.patient.mesher import Indices
+from tissue_sim.patient.mesher import Indices, ring_radii_m
 from tissue_sim.patient.surroundings import GRID_M, liver_points, relief_rng
 from tissue_sim.rendering.shapes import sheet
-from tissue_sim.sensing.exact import ring_radii_m
 from tissue_sim.structures.tubes import GALLBLADDER
-from tissue_sim.world import World
+
+if TYPE_CHECKING:
+    from tissue_sim.world import World
 
 LIVER, PORT_WALL = "liver", "port wall"
 

@@ -25,6 +25,9 @@ from scenarios.files.errors import describe_error
 from scenarios.loop.results import EpisodeResult
 from scenarios.workers.process import importing, saving
 
+if TYPE_CHECKING:
+    from tissue_sim.world import World
+
 if TYPE_CHECKING:  # heavy to import
     from numpy.random import Generator
 
@@ -35,7 +38,6 @@ if TYPE_CHECKING:  # heavy to import
     from scenarios.loop.episode_config import EpisodeConfig
     from scenarios.loop.observer import Observer
     from tissue_sim.sensing.observation import Observation
-    from tissue_sim.world import World
 
 PARTS, FAILED, ERRORS = "parts", "failed", "errors"
 

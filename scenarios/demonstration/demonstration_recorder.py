@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -18,7 +18,9 @@ from scenarios.loop.step import Step
 from tissue_sim.constants import CONTROL_PERIOD_S
 from tissue_sim.sensing.observation import Observation, encoded_and_tissue
 from tissue_sim.sensing.tracked import Occluded
-from tissue_sim.world import World
+
+if TYPE_CHECKING:
+    from tissue_sim.world import World
 
 PAUSE_STEPS = round(JAW_TIME_S / CONTROL_PERIOD_S)  # the expert opens jaws that are open already
 _TASK_INDEX = {text: k for k, text in enumerate(TEXTS)}

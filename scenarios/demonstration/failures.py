@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import replace
 from pkgutil import resolve_name
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -18,7 +19,9 @@ from scenarios.perturbation.perturbation import AtTask, Perturbation
 from tissue_sim.outcome.predicates import gallbladder_grasped, gallbladder_held, grasper_hooked
 from tissue_sim.thresholds import CLIPS_LEFT_MAX
 from tissue_sim.tools.arms import LEFT_ARM, RIGHT_ARM
-from tissue_sim.world import World
+
+if TYPE_CHECKING:
+    from tissue_sim.world import World
 
 MAX_FAILURES = 3  # in an episode, each in a different task; fewer dropped clips: more injure
 WEAKEST = 0.5  # smallest share of the scenario's magnitude

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from contextlib import ExitStack
 from pathlib import Path
-from typing import ClassVar, Self
+from typing import TYPE_CHECKING, ClassVar, Self
 
 from controller.dataset.part import video_path
 from scenarios.demonstration.demonstration_recorder import is_frame
@@ -14,7 +14,9 @@ from scenarios.loop.senses import specs_of
 from scenarios.loop.step import Step
 from tissue_sim.rendering.shader_pack import COLOR_PICTURE
 from tissue_sim.rendering.video import Video
-from tissue_sim.world import World
+
+if TYPE_CHECKING:
+    from tissue_sim.world import World
 
 KEYFRAMES = 2  # from one to the next, as in LeRobot's own videos
 

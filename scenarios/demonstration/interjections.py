@@ -6,6 +6,7 @@ SRT-H's controller gets one string; during a correction, the task waits.
 from __future__ import annotations
 
 from dataclasses import replace
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -17,7 +18,9 @@ from tissue_sim.outcome.predicates import gallbladder_held, right_arm_back, tube
 from tissue_sim.sensing.observation import Observation
 from tissue_sim.thresholds import CLIPS_LEFT_MAX
 from tissue_sim.tools.arms import RIGHT_ARM
-from tissue_sim.world import World
+
+if TYPE_CHECKING:
+    from tissue_sim.world import World
 
 # Assumed, all of them.
 CHANCE = 0.25  # of a correction at each plan, which is made once a second

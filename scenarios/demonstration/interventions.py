@@ -8,6 +8,7 @@ from __future__ import annotations
 from itertools import count
 from pathlib import Path
 from threading import Lock
+from typing import TYPE_CHECKING
 
 from controller.dataset.dataset_episode import DatasetEpisode as Demonstrated
 from controller.dataset.dataset_episode import Header
@@ -24,7 +25,9 @@ from scenarios.loop.episode_config import EpisodeConfig, checkpoint_digests
 from scenarios.loop.results import EpisodeResult
 from scenarios.loop.step import Step
 from scenarios.workers.process import saving
-from tissue_sim.world import World
+
+if TYPE_CHECKING:
+    from tissue_sim.world import World
 
 _WRITING = Lock()  # a data set is written by one thread at a time
 

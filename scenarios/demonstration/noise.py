@@ -8,6 +8,7 @@ could not show yet.
 from __future__ import annotations
 
 from dataclasses import replace
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -18,7 +19,9 @@ from scenarios.perturbation.perturbation import Perturbation
 from tissue_sim.constants import CONTROL_PERIOD_S
 from tissue_sim.frames import Array, exponential, rotation_from_6d, rotation_to_6d, unit
 from tissue_sim.tools.arms import LEFT_ARM, RIGHT_ARM
-from tissue_sim.world import World
+
+if TYPE_CHECKING:
+    from tissue_sim.world import World
 
 # Assumed, all of them; Laskey et al. fit their noise to a learner's errors.
 QUIET_S = (1.5, 4.0)  # between two bursts

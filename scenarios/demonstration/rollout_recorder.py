@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -22,7 +22,9 @@ from scenarios.loop.step import Step
 from tissue_sim.constants import CONTROL_PERIOD_S
 from tissue_sim.frames import Array
 from tissue_sim.sensing.observation import Observation
-from tissue_sim.world import World
+
+if TYPE_CHECKING:
+    from tissue_sim.world import World
 
 
 class RolloutRecorder(DemonstrationRecorder):

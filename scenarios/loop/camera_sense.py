@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -18,7 +19,9 @@ from tissue_sim.sensing.eyes import (
 )
 from tissue_sim.sensing.observation import Observation
 from tissue_sim.sensing.sensor_model import SenseSetup, SensorModel
-from tissue_sim.world import World
+
+if TYPE_CHECKING:
+    from tissue_sim.world import World
 
 
 class SenseCameras:

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from pkgutil import resolve_name
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from controller.base import Controller
 from planner.base import Planner
@@ -19,7 +19,9 @@ from scenarios.loop.episode_config import EpisodeConfig
 from scenarios.loop.observer import Observer
 from scenarios.loop.person.inbox import Inbox
 from tissue_sim.sensing.observation import Observation
-from tissue_sim.world import World
+
+if TYPE_CHECKING:
+    from tissue_sim.world import World
 
 
 def make_planner(config: EpisodeConfig, world: World) -> Planner[Observation]:

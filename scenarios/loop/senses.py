@@ -9,6 +9,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import replace
 from pkgutil import resolve_name
+from typing import TYPE_CHECKING
 
 from controller.dataset.schema import PICTURE_SHAPE
 from scenarios.catalogue import sense_named
@@ -19,7 +20,9 @@ from tissue_sim.sensing.cameras import CameraSpec
 from tissue_sim.sensing.observation import Observation
 from tissue_sim.sensing.sense import Sense
 from tissue_sim.sensing.sensor_model import SenseSetup, SensorModel
-from tissue_sim.world import World
+
+if TYPE_CHECKING:
+    from tissue_sim.world import World
 
 HEIGHT, WIDTH, _ = PICTURE_SHAPE
 

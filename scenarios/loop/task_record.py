@@ -2,12 +2,16 @@
 
 from __future__ import annotations
 
+from typing import TYPE_CHECKING
+
 from planner.instruction import TASKS, Instruction, Source
 from planner.scripted import is_needed, task_done
 from planner.task import Task
 from scenarios.loop.results import TaskResult
 from scenarios.loop.step import Step
-from tissue_sim.world import World
+
+if TYPE_CHECKING:
+    from tissue_sim.world import World
 
 
 class TaskRecord:

@@ -6,7 +6,7 @@ A stiffness or a size is moved closer to the limit of the possible values.
 from __future__ import annotations
 
 from dataclasses import replace
-from typing import ClassVar
+from typing import TYPE_CHECKING, ClassVar
 
 import numpy as np
 
@@ -15,7 +15,9 @@ from scenarios.perturbation.effect import Effect
 from scenarios.perturbation.perturbation import AtTime, Onset
 from tissue_sim.frames import UP, Array
 from tissue_sim.patient.anatomy import RANGES, WIDEST_TUBE, Anatomy
-from tissue_sim.world import World
+
+if TYPE_CHECKING:
+    from tissue_sim.world import World
 
 BREATH_S = 4.0  # 15 breaths a minute under anaesthesia, assumed
 

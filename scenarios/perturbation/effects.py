@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from pkgutil import resolve_name
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,7 +15,9 @@ from scenarios.perturbation.effect import Applied, Effect
 from scenarios.perturbation.perturbation import Perturbation
 from tissue_sim.patient.anatomy import Anatomy
 from tissue_sim.sensing.sensor_model import SensorModel
-from tissue_sim.world import World
+
+if TYPE_CHECKING:
+    from tissue_sim.world import World
 
 
 class Effects:

@@ -17,7 +17,9 @@ from planner.task import Task
 from scenarios.perturbation.effect import Effect, Once
 from scenarios.perturbation.perturbation import Perturbation
 from tissue_sim.frames import exponential, pose, unit
-from tissue_sim.world import World
+
+if TYPE_CHECKING:
+    from tissue_sim.world import World
 
 if TYPE_CHECKING:  # heavy to import
     from torch import Generator, Tensor

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections import deque
 from dataclasses import replace
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -13,7 +14,9 @@ from scenarios.perturbation.effect import Effect
 from scenarios.perturbation.perturbation import Perturbation
 from tissue_sim.constants import CONTROL_PERIOD_S
 from tissue_sim.sensing.sensor_model import SensorModel
-from tissue_sim.world import World
+
+if TYPE_CHECKING:
+    from tissue_sim.world import World
 
 SIZES = {  # of a perturbation: the size in the sensor model that its magnitude replaces
     "point-jitter": "white_m",

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from typing import ClassVar
+from typing import TYPE_CHECKING, ClassVar
 
 import numpy as np
 
@@ -11,7 +11,9 @@ from planner.task import Task
 from scenarios.perturbation.effect import Effect
 from scenarios.perturbation.perturbation import AtTask, Onset, Perturbation
 from tissue_sim.outcome.predicates import right_arm_back
-from tissue_sim.world import World
+
+if TYPE_CHECKING:
+    from tissue_sim.world import World
 
 CLIP_TASKS = (2, 4, 6, 10, 12, 14)
 GRASP_SLIPS_S = 3.0  # assumed: time enough for the pull of the tissue to draw it out

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Set
 from dataclasses import replace
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -24,7 +24,9 @@ from scenarios.recording.recorder import Recording, load
 from scenarios.recording.rerun_commands import config_of
 from scenarios.recording.schema import NOTES
 from tissue_sim.constants import WORLD_VERSION
-from tissue_sim.world import World
+
+if TYPE_CHECKING:
+    from tissue_sim.world import World
 
 INTERRUPTIONS = ("KeyboardInterrupt", "Restart")
 """Errors from outside the episode, which would have continued without them."""

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 from itertools import count
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
@@ -21,7 +22,9 @@ from tissue_sim.rendering.drawn_leaks import leak_surfaces
 from tissue_sim.rendering.drawn_strands import holding
 from tissue_sim.rendering.drawn_tissue import alive_tets
 from tissue_sim.sensing.observation import MAX_CLIPS, N_POINTS, Observation
-from tissue_sim.world import World
+
+if TYPE_CHECKING:
+    from tissue_sim.world import World
 
 _NUMBERS = count()
 

@@ -137,3 +137,10 @@ def _prism_tets(triangles: Indices, n_disc: int) -> Indices:
         else:
             out += [(a, b, c, B), (a, c, C, B), (a, B, C, A)]
     return np.array(out, dtype=np.int32)
+
+
+def ring_radii_m(positions: NDArray[np.floating], rings: Indices) -> Array:
+    """Return (n_ring,) the outer vertices' mean distance from the centre."""
+    outer = positions[rings[:, (rings.shape[1] + 1) // 2 :]]
+    spokes = outer - positions[rings[:, :1]]
+    return np.sqrt(np.vecdot(spokes, spokes)).mean(axis=1, dtype=float)

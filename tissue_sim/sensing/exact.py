@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from tissue_sim.field import Field
 from tissue_sim.frames import Array, inverse_pose, transform
 from tissue_sim.patient.at_risk import AT_RISK
-from tissue_sim.patient.mesher import Indices
+from tissue_sim.patient.mesher import ring_radii_m
 from tissue_sim.sensing.observation import (
     MAX_CLIPS,
     POINTS,
@@ -78,13 +78,6 @@ def exact_observation(field: Field) -> Observation:
         T_world_endoscope=field.T_world_endoscope,
         shaft_offset_m=_shaft_offset_m(field),
     )
-
-
-def ring_radii_m(positions: NDArray[np.floating], rings: Indices) -> Array:
-    """Return (n_ring,) the outer vertices' mean distance from the centre."""
-    outer = positions[rings[:, (rings.shape[1] + 1) // 2 :]]
-    spokes = outer - positions[rings[:, :1]]
-    return np.sqrt(np.vecdot(spokes, spokes)).mean(axis=1, dtype=float)
 
 
 def _shaft_offset_m(field: Field) -> Array:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -10,7 +11,9 @@ from controller.action import ToolAction
 from controller.expert.motion import Goal, chunk_towards
 from tissue_sim.frames import Array
 from tissue_sim.tools.arms import LEFT_ARM, RIGHT_ARM
-from tissue_sim.world import World
+
+if TYPE_CHECKING:
+    from tissue_sim.world import World
 
 REACH_M = 1.0  # from the world's origin, beyond any patient; assumed
 SPEED_M_S = 0.03  # assumed: a surgeon's, with care
