@@ -10,10 +10,10 @@ from numpy.typing import NDArray
 from tissue_sim.frames import Array, transform
 from tissue_sim.mechanics.tissue import Tissue
 from tissue_sim.patient.anatomy import Anatomy
+from tissue_sim.patient.body import Body
 from tissue_sim.patient.organ import Organ
-from tissue_sim.structures.body import Body
-from tissue_sim.structures.sac import Sac
-from tissue_sim.structures.tubes import Tubes
+from tissue_sim.patient.sac import Sac
+from tissue_sim.patient.tubes import Tubes
 from tissue_sim.surgery.clip import Clip, T_world_clip
 from tissue_sim.surgery.record import Conditions, Record
 from tissue_sim.tools.arms import Arms

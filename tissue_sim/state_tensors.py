@@ -24,8 +24,8 @@ from numpy.typing import NDArray
 from tissue_sim.mechanics.tissue import Tissue
 from tissue_sim.patient.anatomy import Anatomy, Artery
 from tissue_sim.patient.organ import build_organ
+from tissue_sim.patient.tubes import Crossing, Tubes
 from tissue_sim.state_check import require_names, require_type
-from tissue_sim.structures.tubes import Crossing, Tubes
 from tissue_sim.surgery.clip import Clip
 from tissue_sim.surgery.clip_slip import Pull
 from tissue_sim.surgery.cut import Cut

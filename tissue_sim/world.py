@@ -16,13 +16,13 @@ from tissue_sim.field import Field
 from tissue_sim.frames import Array, endoscope_pose
 from tissue_sim.mechanics.tissue import Tissue, TissueConfig
 from tissue_sim.patient.anatomy import Anatomy
+from tissue_sim.patient.body import Body
 from tissue_sim.patient.mesher import Indices
 from tissue_sim.patient.organ import build_organ
+from tissue_sim.patient.sac import Sac
+from tissue_sim.patient.tubes import Tubes
 from tissue_sim.sensing.exact import exact_observation
 from tissue_sim.sensing.observation import Observation
-from tissue_sim.structures.body import Body
-from tissue_sim.structures.sac import Sac
-from tissue_sim.structures.tubes import Tubes
 from tissue_sim.surgery.clip import Clip, dropped_clip, grip_n
 from tissue_sim.surgery.clip_bar import place_bars
 from tissue_sim.surgery.clip_slip import Pull

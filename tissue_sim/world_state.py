@@ -15,8 +15,8 @@ from tissue_sim.frames import Array
 from tissue_sim.mechanics.layout import LINK_CAPACITY, N_SHAPES
 from tissue_sim.mechanics.tissue import Tissue
 from tissue_sim.patient.mesher import signed_volumes
+from tissue_sim.patient.tubes import Tubes
 from tissue_sim.state_check import Bound, brief, require_like, require_within
-from tissue_sim.structures.tubes import Tubes
 from tissue_sim.surgery.leak import HOLE, SIDES
 from tissue_sim.surgery.record import Record
 

@@ -20,7 +20,7 @@ from tissue_sim.outcome.clip_rule import (
 )
 from tissue_sim.outcome.predicates import straightness
 from tissue_sim.patient.organ import TUBES
-from tissue_sim.structures.tubes import Tubes
+from tissue_sim.patient.tubes import Tubes
 from tissue_sim.thresholds import CLIP_MAX_TILT_RAD, CLIP_MIN_GAP_M, CUFF_MIN_M
 from tissue_sim.tools.arms import RIGHT_ARM
 from tissue_sim.tools.instruments import (

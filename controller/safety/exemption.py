@@ -13,8 +13,8 @@ from controller.safety.obstacles import LIVER, PORT_WALL
 from planner.scene.duct_side import structure_seen
 from planner.task import Task
 from tissue_sim.patient.organ import TUBES
+from tissue_sim.patient.tubes import GALLBLADDER
 from tissue_sim.sensing.observation import Observation
-from tissue_sim.structures.tubes import GALLBLADDER
 from tissue_sim.tools.arms import LEFT_ARM, RIGHT_ARM
 
 ARMS = (LEFT_ARM, RIGHT_ARM)

@@ -6,8 +6,8 @@ import numpy as np
 
 from controller.safety.seen_obstacles import lines_seen
 from tissue_sim.frames import Array, inverse_pose, transform
+from tissue_sim.patient.tubes import BETWEEN_HALF_GAP_M, GALLBLADDER, SAC_HALF_GAP_M
 from tissue_sim.sensing.observation import SAC_POINTS, TUBE_POINTS, Observation
-from tissue_sim.structures.tubes import BETWEEN_HALF_GAP_M, GALLBLADDER, SAC_HALF_GAP_M
 from tissue_sim.tools.arms import RIGHT_ARM
 from tissue_sim.tools.instruments import MOUTHS
 

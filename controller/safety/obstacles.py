@@ -14,8 +14,8 @@ from controller.safety.geometry.rigid_surface import RigidSurface, port_wall
 from tissue_sim.frames import Array
 from tissue_sim.patient.mesher import Indices, ring_radii_m
 from tissue_sim.patient.surroundings import GRID_M, liver_points, relief_rng
+from tissue_sim.patient.tubes import GALLBLADDER
 from tissue_sim.rendering.shapes import sheet
-from tissue_sim.structures.tubes import GALLBLADDER
 
 if TYPE_CHECKING:
     from tissue_sim.world import World

@@ -8,7 +8,7 @@ from tissue_sim.mechanics.data_parallel import ring_sides
 from tissue_sim.mechanics.tissue import Tissue
 from tissue_sim.patient.organ import build_organ
 from tissue_sim.patient.textbook import textbook_from_seed
-from tissue_sim.structures.tubes import Tubes
+from tissue_sim.patient.tubes import Tubes
 from tissue_sim.surgery.grasp import LEFT_FINGERS
 from tissue_sim.surgery.parting import part_ring
 

@@ -11,7 +11,7 @@ from tissue_sim.field import Field
 from tissue_sim.frames import Array
 from tissue_sim.outcome.clip_rule import USUAL_CLIPS, clips_needed
 from tissue_sim.patient.organ import TUBES
-from tissue_sim.structures.tubes import Tubes
+from tissue_sim.patient.tubes import Tubes
 from tissue_sim.surgery.clip import Clip, closure
 from tissue_sim.surgery.cut import Cut
 from tissue_sim.surgery.grasp import INFUNDIBULUM_RINGS, LEFT_FINGERS, inward_n

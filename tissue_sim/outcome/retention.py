@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from tissue_sim.structures.tubes import Crossing
+from tissue_sim.patient.tubes import Crossing
 from tissue_sim.surgery.clip import Clip, T_world_clip
 from tissue_sim.thresholds import TEST_PULL_N
 from tissue_sim.tools.arms import JointCommand

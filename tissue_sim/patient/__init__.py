@@ -1,1 +1,1 @@
-"""Which body is on the table? The anatomy comes from a seed, mesh and walls from the anatomy."""
+"""Which body is on the table, and which of its parts have a name?"""

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tissue_sim.frames import Array, inverse_pose, rigid_fit, transform
-from tissue_sim.structures.tubes import TIP_EDGE_M, Crossing, Tubes
+from tissue_sim.patient.tubes import TIP_EDGE_M, Crossing, Tubes
 from tissue_sim.thresholds import CUFF_MIN_M
 from tissue_sim.tools.instruments import CLIP_LENGTH_M, CLIP_WIDTH_M
 

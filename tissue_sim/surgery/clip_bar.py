@@ -9,7 +9,7 @@ import numpy as np
 
 from tissue_sim.frames import Array, transform
 from tissue_sim.mechanics.bar_contact import BALLS, BAR_VERTICES, Bar
-from tissue_sim.structures.tubes import Tubes
+from tissue_sim.patient.tubes import Tubes
 from tissue_sim.surgery.clip import Clip, T_world_clip
 from tissue_sim.tools.arms import ContactShapes
 from tissue_sim.tools.instruments import CLIP_LENGTH_M, CLIP_WIDTH_M

@@ -11,7 +11,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from tissue_sim.frames import Array
-from tissue_sim.structures.tubes import Tubes
+from tissue_sim.patient.tubes import Tubes
 from tissue_sim.surgery.clip import (
     Clip,
     T_world_clip,

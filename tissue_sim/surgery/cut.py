@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from tissue_sim.frames import Array, inverse_pose, transform
-from tissue_sim.structures.tubes import TIP_EDGE_M, Crossing, Tubes
+from tissue_sim.patient.tubes import TIP_EDGE_M, Crossing, Tubes
 from tissue_sim.surgery.parting import Opening, part_ring
 from tissue_sim.tools.instruments import BLADE_LENGTH_M
 

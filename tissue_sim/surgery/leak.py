@@ -7,8 +7,8 @@ from dataclasses import dataclass, replace
 
 from tissue_sim.patient.at_risk import BRANCHES, COMMON_DUCT, HEPATIC_ARTERY
 from tissue_sim.patient.material import WALL_THICKNESS_M
-from tissue_sim.structures.sac import Sac
-from tissue_sim.structures.tubes import Tubes
+from tissue_sim.patient.sac import Sac
+from tissue_sim.patient.tubes import Tubes
 from tissue_sim.surgery.clip import Clip, closure
 from tissue_sim.surgery.flow import BILE, BLOOD, FlowSegment, Fluid, outflow_m3_s
 from tissue_sim.surgery.parting import Opening

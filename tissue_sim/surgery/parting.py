@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from tissue_sim.mechanics.topology import part_vertices
 from tissue_sim.patient.mesher import section_triangles
-from tissue_sim.structures.tubes import Tubes
+from tissue_sim.patient.tubes import Tubes
 
 
 @dataclass(frozen=True, kw_only=True)

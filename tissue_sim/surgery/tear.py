@@ -12,8 +12,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tissue_sim.frames import Array
+from tissue_sim.patient.tubes import Tubes
 from tissue_sim.patient.walls import strength_n
-from tissue_sim.structures.tubes import Tubes
 from tissue_sim.surgery.parting import Opening, part_ring
 
 

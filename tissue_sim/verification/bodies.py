@@ -12,7 +12,7 @@ from tissue_sim.mechanics.topology import boundary_faces
 from tissue_sim.patient.material import Material
 from tissue_sim.patient.mesher import Indices, oriented
 from tissue_sim.patient.organ import TUBES, LiverBed, Organ
-from tissue_sim.structures.tubes import Tubes
+from tissue_sim.patient.tubes import Tubes
 
 EPS = float(np.finfo(np.float32).eps)
 SETTLED_M = 1e-8  # per step: about the rounding of a position of a decimetre

@@ -12,7 +12,7 @@ from tissue_sim.mechanics.tissue import Tissue
 from tissue_sim.patient.anatomy import Anatomy
 from tissue_sim.patient.material import Material
 from tissue_sim.patient.organ import build_organ
-from tissue_sim.structures.tubes import Tubes
+from tissue_sim.patient.tubes import Tubes
 from tissue_sim.surgery.clip import closure, grip_n, latch
 from tissue_sim.tools.instruments import CLIP_LENGTH_M
 from tissue_sim.verification.bodies import astride, box, face_share, overdamped, settle

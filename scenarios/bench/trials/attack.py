@@ -17,7 +17,7 @@ from controller.safety.obstacles import LIVER, PORT_WALL, RigidSurroundings, Sur
 from tissue_sim.constants import CONTROL_PERIOD_S
 from tissue_sim.frames import Array, unit
 from tissue_sim.patient.at_risk import AT_RISK
-from tissue_sim.structures.tubes import GALLBLADDER
+from tissue_sim.patient.tubes import GALLBLADDER
 from tissue_sim.tools.arms import LEFT_ARM, RIGHT_ARM
 from tissue_sim.tools.instruments import Instrument
 from tissue_sim.tools.psm import INSERTION_AT_RCM_M, forward_kinematics, joint_limits

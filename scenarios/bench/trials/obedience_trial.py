@@ -25,8 +25,8 @@ from scenarios.files.errors import describe_with_place
 from scenarios.loop.episode_config import EpisodeConfig
 from scenarios.run_episode import begin
 from tissue_sim.frames import Array
+from tissue_sim.patient.tubes import between_jaws
 from tissue_sim.sensing.observation import Observation
-from tissue_sim.structures.tubes import between_jaws
 from tissue_sim.tools.arms import RIGHT_ARM
 from tissue_sim.world import World
 

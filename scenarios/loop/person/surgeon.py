@@ -22,7 +22,7 @@ from scenarios.loop.step import Step
 from tissue_sim.constants import CONTROL_PERIOD_S
 from tissue_sim.frames import Array, inverse_pose
 from tissue_sim.outcome.clip_rule import USUAL_CLIPS
-from tissue_sim.structures.tubes import between_jaws
+from tissue_sim.patient.tubes import between_jaws
 from tissue_sim.tools.arms import RIGHT_ARM
 from tissue_sim.world import World
 

@@ -9,8 +9,8 @@ from controller.safety.jaws_seen import between_jaws_seen
 from tests.worlds import textbook_world
 from tissue_sim.frames import inverse_pose
 from tissue_sim.patient.organ import TUBES
+from tissue_sim.patient.tubes import GALLBLADDER, between_jaws
 from tissue_sim.sensing.observation import Observation
-from tissue_sim.structures.tubes import GALLBLADDER, between_jaws
 from tissue_sim.surgery.clip import CLIP_LENGTH_M
 from tissue_sim.tools.arms import RIGHT_ARM
 from tissue_sim.verification.bodies import astride

@@ -17,7 +17,7 @@ from scenarios.loop.person.surgeon import CONTENT_M, SHOWN_M, WORDS
 from scenarios.loop.policies import make_person
 from scenarios.loop.step import Step
 from scenarios.run_episode import begin
-from tissue_sim.structures.tubes import between_jaws
+from tissue_sim.patient.tubes import between_jaws
 from tissue_sim.tools.arms import RIGHT_ARM
 from tissue_sim.world import World
 

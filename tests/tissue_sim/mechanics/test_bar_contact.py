@@ -13,7 +13,7 @@ from tests.tissue_sim.patients import clip_at, run, settled
 from tissue_sim.frames import Array, unit
 from tissue_sim.mechanics.layout import N_SHAPES
 from tissue_sim.mechanics.tissue import Tissue
-from tissue_sim.structures.tubes import Tubes
+from tissue_sim.patient.tubes import Tubes
 from tissue_sim.surgery.clip import CLIP_WIDTH_M, Clip, T_world_clip
 from tissue_sim.surgery.clip_bar import RADIUS_M, bar_of, place_bars
 from tissue_sim.verification.bodies import EPS

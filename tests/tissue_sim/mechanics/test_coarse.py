@@ -13,7 +13,7 @@ from tissue_sim.mechanics.tissue import Tissue, TissueConfig
 from tissue_sim.mechanics.topology import components
 from tissue_sim.patient.organ import build_organ
 from tissue_sim.patient.textbook import textbook_from_seed
-from tissue_sim.structures.tubes import Tubes
+from tissue_sim.patient.tubes import Tubes
 from tissue_sim.surgery.parting import part_ring
 from tissue_sim.verification.bodies import EPS
 

@@ -9,8 +9,8 @@ from tissue_sim.mechanics.data_parallel import DataParallelTissue
 from tissue_sim.mechanics.tissue import Tissue, TissueConfig
 from tissue_sim.patient.organ import build_organ
 from tissue_sim.patient.textbook import textbook_from_seed
+from tissue_sim.patient.tubes import Tubes
 from tissue_sim.patient.variants import variant
-from tissue_sim.structures.tubes import Tubes
 from tissue_sim.surgery.clip import CLIP_LENGTH_M, latch
 from tissue_sim.surgery.clip_bar import place_bars
 from tissue_sim.verification.bodies import astride

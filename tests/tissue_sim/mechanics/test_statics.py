@@ -14,7 +14,7 @@ from tissue_sim.patient.anatomy import Anatomy
 from tissue_sim.patient.mesher import signed_volumes
 from tissue_sim.patient.organ import TUBES, build_organ
 from tissue_sim.patient.textbook import textbook_from_seed
-from tissue_sim.structures.tubes import Tubes
+from tissue_sim.patient.tubes import Tubes
 from tissue_sim.surgery.clip import CLIP_LENGTH_M, latch
 from tissue_sim.verification.bodies import EPS, astride, put
 from tissue_sim.verification.potentials import Bed, Elements, Links, Potential, Springs

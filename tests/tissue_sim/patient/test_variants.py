@@ -12,9 +12,9 @@ from tissue_sim.outcome.clip_rule import needed_m
 from tissue_sim.patient.anatomy import Anatomy, anatomy_from_seed
 from tissue_sim.patient.organ import Organ, build_organ
 from tissue_sim.patient.textbook import TEXTBOOK, textbook_from_seed
+from tissue_sim.patient.tubes import Tubes
 from tissue_sim.patient.variants import VARIANTS, patient_of, variant
 from tissue_sim.rendering.drawn_strands import holding
-from tissue_sim.structures.tubes import Tubes
 from tissue_sim.surgery.clip import CLIP_LENGTH_M, latch
 from tissue_sim.surgery.cut import BLADE_LENGTH_M, sever
 from tissue_sim.surgery.leak import leaks

@@ -17,7 +17,7 @@ from tissue_sim.mechanics.topology import components
 from tissue_sim.patient.mesher import signed_volumes
 from tissue_sim.patient.organ import TUBES
 from tissue_sim.patient.textbook import textbook_from_seed
-from tissue_sim.structures.tubes import Tubes
+from tissue_sim.patient.tubes import Tubes
 from tissue_sim.surgery.clip import CLIP_WIDTH_M, closure, detach, grip_n
 from tissue_sim.surgery.cut import Cut
 from tissue_sim.surgery.flow import FlowSegment, outflow_m3_s

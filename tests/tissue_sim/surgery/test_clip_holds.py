@@ -17,7 +17,7 @@ from tests.tissue_sim.patients import (
 from tissue_sim.constants import CONTROL_PERIOD_S
 from tissue_sim.frames import Array, axis_angle, inverse_pose, pose, rigid_fit, transform
 from tissue_sim.patient.organ import REGIONS, RING_SPACING_M, TUBES
-from tissue_sim.structures.tubes import Tubes
+from tissue_sim.patient.tubes import Tubes
 from tissue_sim.surgery.clip import (
     CLIP_WIDTH_M,
     LOCK_STRENGTH_N,

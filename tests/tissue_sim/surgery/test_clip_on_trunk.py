@@ -7,7 +7,7 @@ from tests.tissue_sim.patients import run, settled
 from tissue_sim.frames import axis_angle
 from tissue_sim.patient.at_risk import COMMON_DUCT
 from tissue_sim.patient.organ import PARTS
-from tissue_sim.structures.tubes import Tubes
+from tissue_sim.patient.tubes import Tubes
 from tissue_sim.surgery.clip import CLIP_LENGTH_M, Clip, latch
 from tissue_sim.verification.bodies import astride
 

@@ -12,6 +12,7 @@ from tissue_sim.mechanics.topology import surface_faces
 from tissue_sim.outcome.predicates import tube_cut
 from tissue_sim.patient.material import DENSITY_KG_M3, MATERIALS, WALL_THICKNESS_M
 from tissue_sim.patient.organ import REGIONS, TUBES
+from tissue_sim.patient.tubes import Tubes
 from tissue_sim.patient.walls import (
     FAILURE_STRETCH,
     SAC,
@@ -21,7 +22,6 @@ from tissue_sim.patient.walls import (
     wall_pieces,
 )
 from tissue_sim.rendering.skin import CUT_LUMEN, build_skin
-from tissue_sim.structures.tubes import Tubes
 from tissue_sim.surgery.clip import CLIP_LENGTH_M, latch
 from tissue_sim.surgery.cut import BLADE_LENGTH_M, sever
 from tissue_sim.surgery.flow import BILE, FlowSegment, outflow_m3_s

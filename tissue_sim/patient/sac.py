@@ -11,8 +11,8 @@ from tissue_sim.mechanics.tissue import Tissue
 from tissue_sim.mechanics.topology import distances_to_triangles, encloses
 from tissue_sim.patient.mesher import Indices
 from tissue_sim.patient.organ import Organ
+from tissue_sim.patient.tubes import MEETING_HALF_GAP_M
 from tissue_sim.patient.walls import SAC, n_patches, patch_corners, wall_pieces
-from tissue_sim.structures.tubes import MEETING_HALF_GAP_M
 
 ENTRY_SAMPLES = 41  # places along a tool that are tested for its entry into the wall
 BLADE_SAMPLES = 9  # sample points on the blades' trace across a patch
