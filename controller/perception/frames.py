@@ -2,12 +2,10 @@
 
 from __future__ import annotations
 
-import zlib
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from hashlib import sha256
 from pathlib import Path
-from zipfile import BadZipFile
 
 import numpy as np
 import torch
@@ -16,6 +14,7 @@ from torch import Tensor
 from torch.nn import functional as F
 
 from controller.dataset.part import one_line
+from planner.learning.files import DAMAGED
 from tissue_sim.sensing.picture_faults import smoked, splashed
 
 TURN_RAD, GROW, SHIFT = 0.3, 0.15, 0.1  # largest; of the size: natural logarithm, share
@@ -25,7 +24,7 @@ OPAQUE = 0.5  # cover through which nothing is visible
 NOWHERE_PX = -1e4
 LIGHT, TINT, OFFSET, NOISE = 0.3, 0.12, 0.04, 0.01  # standard deviations; assumed
 _UNREADABLE = (  # what numpy raises for a file that is damaged or of another kind
-    BadZipFile, EOFError, LookupError, OSError, RuntimeError, TypeError, ValueError, zlib.error,
+    *DAMAGED, LookupError, OSError, RuntimeError, TypeError, ValueError,
 )  # fmt: skip
 
 

@@ -14,12 +14,19 @@ from collections.abc import Mapping
 from contextlib import suppress
 from hashlib import sha256
 from pathlib import Path
+from tokenize import TokenError
 from typing import IO, Any, NoReturn
 from zipfile import ZIP_DEFLATED, ZIP_STORED, BadZipFile, ZipFile, ZipInfo
 
 import numpy as np
 from numpy.lib import format as npy
 from numpy.typing import NDArray
+
+DAMAGED = (
+    *(BadZipFile, zlib.error, EOFError, NotImplementedError, RecursionError),
+    *(TokenError, SyntaxError),  # of NumPy, which reads an array's header as Python
+)
+"""Exceptions besides ValueError that reading a damaged .npz file raises."""
 
 ENCRYPTED = 0x41  # flags of a zip's member
 SUFFIX = ".npy"
@@ -48,7 +55,7 @@ def read_npz(path: Path, most_bytes: int, only: str | None = None) -> dict[str, 
             return arrays
     except KeyError as error:
         raise ValueError(f"{error} is missing") from None
-    except (BadZipFile, zlib.error, EOFError, NotImplementedError, RecursionError) as error:
+    except DAMAGED as error:
         raise ValueError(" ".join(str(error).split()) or type(error).__name__) from None
 
 

@@ -10,10 +10,10 @@ import json
 from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
-from zipfile import BadZipFile
 
 import numpy as np
 
+from planner.learning.files import DAMAGED
 from scenarios.demonstration.demonstrate import FAILED, PARTS, checkpoints_of
 from scenarios.demonstration.mix import FAILING, PlannedDemonstration
 from scenarios.demonstration.pictures import MADE_WITH
@@ -109,7 +109,7 @@ def _made_with(path: Path) -> dict[str, Any]:
     try:
         with np.load(path) as file:
             return json.loads(str(file[MADE_WITH])) if MADE_WITH in file else {}
-    except (OSError, ValueError, BadZipFile) as error:
+    except (OSError, ValueError, *DAMAGED) as error:
         raise BadInputError(f"--out: {path} is damaged: {one_line(error)}") from None
 
 
