@@ -299,12 +299,13 @@ def _kind_besides(ruled: Reading, english: str, danger: str) -> tuple[Kind | Non
 
     found = chances(text)
     sure = kind_instead(found)
+    confirmed = sure not in ("allow", "resume") or kind_instead(found, LETS_ACT) == sure
     if warned:
         return _instead_of_warning(ruled, english, found)
     if stops:
         return (sure if sure in (*QUESTIONS, "none") else None), True
     if ruled.question:
-        return sure, True
+        return sure, confirmed
     if order:
         return (sure if sure in ("hold", "forbid") else None), True
     if _trouble(text, english):
@@ -312,9 +313,8 @@ def _kind_besides(ruled: Reading, english: str, danger: str) -> tuple[Kind | Non
     told = bool(ruled.guesses or claims_in(english))  # a claim is compared with what is seen
     kind = kind_in(found, guessed=told or bool(danger))
     holds = kind in ("hold", "forbid")
-    lets_act = kind in ("allow", "resume")
-    is_sure = kind == (kind_instead(found, LETS_ACT) if lets_act else sure)
-    return (None if (is_small_talk(english) if holds else danger) else kind), is_sure
+    unlike = is_small_talk(english) if holds else danger
+    return None if unlike else kind, kind == sure and confirmed
 
 
 def _instead_of_warning(

@@ -1,7 +1,7 @@
-"""Write out arm by arm what is said of both arms, or of one arm by the other.
+"""Split an order to both arms into one order for each arm.
 
-Both arms go apart, together, or each by its own way. A direction may be said by the other arm: the
-grasper's side is to the applier's left.
+The arms may go apart, together, or each its own way. A sentence may also name a direction by the
+other arm: the grasper's side is to the applier's left.
 """
 
 from __future__ import annotations
