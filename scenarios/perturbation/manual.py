@@ -8,7 +8,7 @@ import numpy as np
 
 from planner.task import Task
 from scenarios.perturbation.effect import Effect, Once
-from scenarios.perturbation.perturbation import AtTime, Perturbation
+from scenarios.perturbation.perturbation import AtTime, Perturbation, table
 from tissue_sim.frames import RIGHT, Array
 
 if TYPE_CHECKING:
@@ -16,39 +16,15 @@ if TYPE_CHECKING:
 
 NUDGE_S = 1.5  # there and back, assumed
 
-_EFFECTS = "scenarios.perturbation"
-MANUAL: dict[str, Perturbation] = {
-    p.name: p
-    for p in (
-        Perturbation(
-            name="nudge the tissue",
-            description="the body is pushed aside and swings back",
-            effect=f"{_EFFECTS}.manual:Nudge",
-            magnitude=0.006,
-            most=0.02,
-            unit="m",
-            at=AtTime(time_s=0.0),
-        ),
-        Perturbation(
-            name="drop the clip",
-            description="the applier loses its clip",
-            effect=f"{_EFFECTS}.manual:Drop",
-            magnitude=1.0,
-            most=1.0,
-            unit="clips",
-            at=AtTime(time_s=0.0),
-        ),
-        Perturbation(
-            name="shift the camera",
-            description="the endoscope is bumped aside",
-            effect=f"{_EFFECTS}.picture:CameraShift",
-            magnitude=0.006,
-            most=0.02,
-            unit="m",
-            at=AtTime(time_s=0.0),
-        ),
-    )
-}
+# fmt: off
+MANUAL: dict[str, Perturbation] = {p.name: p for p in table(
+    ("nudge the tissue", "manual:Nudge", 0.006, 0.02, "m",
+     "the body is pushed aside and swings back"),
+    ("drop the clip", "manual:Drop", 1.0, 1.0, "clips", "the applier loses its clip"),
+    ("shift the camera", "picture:CameraShift", 0.006, 0.02, "m", "the endoscope is bumped aside"),
+    at=AtTime(time_s=0.0),
+)}
+# fmt: on
 
 
 class Nudge(Effect):
