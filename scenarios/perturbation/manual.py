@@ -33,11 +33,12 @@ class Nudge(Effect):
     def before_step(self, world: World, task: Task) -> None:
         del task
         if not self.applied:
-            self._start_s = world.record.time_s
-            self.note(self._start_s)
+            self.note(world.record.time_s)
 
     def offset_m(self, world: World) -> Array | None:
-        share = (world.record.time_s + world.config.control_step_s - self._start_s) / NUDGE_S
+        share = (
+            world.record.time_s + world.config.control_step_s - self.applied[0].time_s
+        ) / NUDGE_S
         if share >= 1.0 + world.config.control_step_s / NUDGE_S:
             return None
         return self.magnitude * np.sin(np.pi * min(share, 1.0)) * RIGHT
