@@ -36,10 +36,9 @@ class Nudge(Effect):
             self.note(world.record.time_s)
 
     def offset_m(self, world: World) -> Array | None:
-        share = (
-            world.record.time_s + world.config.control_step_s - self.applied[0].time_s
-        ) / NUDGE_S
-        if share >= 1.0 + world.config.control_step_s / NUDGE_S:
+        step_s = world.config.control_step_s
+        share = (world.record.time_s + step_s - self.applied[0].time_s) / NUDGE_S
+        if share >= 1.0 + step_s / NUDGE_S:
             return None
         return self.magnitude * np.sin(np.pi * min(share, 1.0)) * RIGHT
 
