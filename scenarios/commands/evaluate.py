@@ -140,10 +140,7 @@ class Evaluate:
             with display, closing(self._ended(due, display)) as arriving:
                 for ended in arriving:
                     if ended.unwritable is not None:
-                        raise BadInputError(
-                            f"--out: cannot write {ended.unwritable}; finished episodes are kept:"
-                            " free some space and run the command again"
-                        )
+                        raise _no_room(ended.unwritable)
                     results[ended.case] = ended.result
                     self._note(ended)
                     display.advance()
@@ -156,7 +153,7 @@ class Evaluate:
         try:
             note(self.out, ended.case)
         except OSError as error:
-            raise self._no_room(self.out / SUMS, error) from None
+            raise _no_room(f"{self.out / SUMS} ({error.strerror})") from None
 
     def _ended(self, due: Sequence[Case], display: ProgressDisplay) -> Generator[Ended, None, None]:
         from scenarios.evaluation.case import after_death, attempt
@@ -203,13 +200,7 @@ class Evaluate:
         try:
             write_atomic(self.out / name, text.encode())
         except OSError as error:
-            raise self._no_room(self.out / name, error) from None
-
-    def _no_room(self, path: Path, error: OSError) -> BadInputError:
-        return BadInputError(
-            f"--out: cannot write {path} ({error.strerror}); finished episodes are kept: free some"
-            " space and run the command again"
-        )
+            raise _no_room(f"{self.out / name} ({error.strerror})") from None
 
     def _verdict(self, report: Report) -> int:
         from scenarios.evaluation.report import lowest_pass_rate
@@ -223,6 +214,13 @@ class Evaluate:
         line = f"{arm} passes {rate:.3f} of {suite}, less than --fail-under {self.fail_under:g}"
         Terminal().print(line, highlight=False, markup=False, soft_wrap=True)
         return FAILED
+
+
+def _no_room(unwritable: str) -> BadInputError:
+    return BadInputError(
+        f"--out: cannot write {unwritable}; finished episodes are kept: free some space and run"
+        " the command again"
+    )
 
 
 @contextmanager

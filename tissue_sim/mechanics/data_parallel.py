@@ -47,12 +47,14 @@ class Scalars:
 
 
 @wp.kernel
-def clear(t: TissueArrays, s: ToolShapes, c: Scalars):
+def begin(t: TissueArrays, s: ToolShapes, c: Scalars, h: float):
+    """Clear the sums, and predict every vertex."""
     b, k = wp.tid()
     if k < t.row[b, t.n_vertex[b]]:
         t.block[b, k] = wp.mat33()
     if k < t.n_vertex[b]:
         t.tangled[b, k] = 0
+        predict(t, b, k, h)
     if k < s.force.shape[1]:
         s.force[b, k] = wp.vec3()
         s.torque[b, k] = wp.vec3()
@@ -61,13 +63,6 @@ def clear(t: TissueArrays, s: ToolShapes, c: Scalars):
         c.curvature[k, b] = 0.0
     if k == 0:
         t.bed_force[b] = wp.vec3()
-
-
-@wp.kernel
-def predict_all(t: TissueArrays, h: float):
-    b, i = wp.tid()
-    if i < t.n_vertex[b]:
-        predict(t, b, i, h)
 
 
 @wp.kernel
@@ -100,21 +95,14 @@ def viscous(t: TissueArrays, viscosity: float):
 
 
 @wp.kernel
-def ties(t: TissueArrays):
+def springs(t: TissueArrays):
     b, n = wp.tid()
-    add_tie(t, b, n)
-
-
-@wp.kernel
-def links(t: TissueArrays):
-    b, n = wp.tid()
-    add_link(t, b, n)
-
-
-@wp.kernel
-def anchors(t: TissueArrays):
-    b, n = wp.tid()
-    add_anchor(t, b, n)
+    if n < t.tie_stiffness.shape[1]:
+        add_tie(t, b, n)
+    if n < t.link_stiffness.shape[1]:
+        add_link(t, b, n)
+    if n < t.anchor_stiffness.shape[1]:
+        add_anchor(t, b, n)
 
 
 @wp.kernel
@@ -229,21 +217,14 @@ def finish_all(t: TissueArrays, s: ToolShapes, h: float):
 
 
 @wp.kernel
-def break_ties(t: TissueArrays):
+def break_all(t: TissueArrays):
     b, n = wp.tid()
-    break_tie(t, b, n)
-
-
-@wp.kernel
-def break_links(t: TissueArrays):
-    b, n = wp.tid()
-    break_link(t, b, n)
-
-
-@wp.kernel
-def break_anchors(t: TissueArrays):
-    b, n = wp.tid()
-    break_anchor(t, b, n)
+    if n < t.tie_stiffness.shape[1]:
+        break_tie(t, b, n)
+    if n < t.link_stiffness.shape[1]:
+        break_link(t, b, n)
+    if n < t.anchor_stiffness.shape[1]:
+        break_anchor(t, b, n)
 
 
 class DataParallelTissue:
@@ -307,16 +288,14 @@ class DataParallelTissue:
         t, s, config = self.arrays, self.shapes, self.tissue.config
         h, gravity = config.step_s, wp.vec3(*config.gravity_m_s2)
         vertices, blocks = t.position.shape, (t.block.shape[0], max(t.block.shape[1], 512))
+        spring = max(t.tie_stiffness.shape, t.link_stiffness.shape, t.anchor_stiffness.shape)
         plan = [
-            (clear, blocks, [t, s, c]),
-            (predict_all, vertices, [t, h]),
+            (begin, blocks, [t, s, c, h]),
             (mark_tangles, t.tet.shape, [t]),
             (ease_tangles, t.tet.shape, [t]),
             (elements, t.tet.shape, [t, config.viscosity_s / h]),
             (viscous, vertices, [t, config.viscosity_s / h]),
-            (ties, t.tie_stiffness.shape, [t]),
-            (links, t.link_stiffness.shape, [t]),
-            (anchors, t.anchor_stiffness.shape, [t]),
+            (springs, spring, [t]),
             (ring_centres, t.ring_centre.shape, [t]),
             (tube_contact, t.ring.shape, [t]),
             (near_skin, t.n_skin.shape, [t]),
@@ -335,9 +314,7 @@ class DataParallelTissue:
         plan += [
             (finish_all, vertices, [t, s, h]),
             (bar_reactions, t.bar_count.shape, [t, s]),
-            (break_ties, t.tie_stiffness.shape, [t]),
-            (break_links, t.link_stiffness.shape, [t]),
-            (break_anchors, t.anchor_stiffness.shape, [t]),
+            (break_all, spring, [t]),
         ]
         return [
             wp.launch(kernel, dim=dim, inputs=inputs, device=self.device, record_cmd=True)
