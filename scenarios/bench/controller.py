@@ -17,7 +17,6 @@ from controller.diffusion.graph import Sampler, example_inputs
 from controller.diffusion.policy import CHECKPOINTS, Policy
 from planner.instruction import Instruction
 from planner.learning.checkpoint import CheckpointError
-from scenarios.bench.lerobot_policy import NOT_INSTALLED, lerobot_chunk, lerobot_version
 from scenarios.files.errors import BadInputError
 from scenarios.loop.episode_config import EpisodeConfig
 from scenarios.run_episode import begin
@@ -26,12 +25,12 @@ from tissue_sim.sensing.observation import Observation
 
 DELAYS = (0, 2, 4)
 PERCENTILE = 99
-WARM_UPS, LEROBOT_REPEATS = 10, 1
+WARM_UPS = 10
 
 
 def bench_controller(
     *, checkpoint: Path | None, seed: int, repeats: int, steps: int
-) -> list[Table | str]:
+) -> list[Table]:
     """Time one chunk with each runtime, then run episodes at each delay.
 
     Raises:
@@ -42,12 +41,11 @@ def bench_controller(
         policy = CHECKPOINTS.load(checkpoint)
     except CheckpointError as error:
         raise BadInputError(f"--checkpoint: {error}") from None
-    missing = [] if lerobot_version() else [NOT_INSTALLED]
-    return [_times_table(policy, repeats), *missing, _joints_table(policy, seed, steps)]
+    return [_times_table(policy, repeats), _joints_table(policy, seed, steps)]
 
 
 def _times_table(policy: Policy, repeats: int) -> Table:
-    """Time both runtimes of Calot in alternation, so that other load affects both alike."""
+    """Time both runtimes in alternation, so that other load affects both alike."""
     sampler, inputs = Sampler(policy), example_inputs(policy.config)
     single = {name: value[0].numpy() for name, value in inputs.items()}
     ours = {"ONNX Runtime": lambda: sampler(single), "PyTorch, eager": _eager(policy, inputs)}
@@ -57,10 +55,6 @@ def _times_table(policy: Policy, repeats: int) -> Table:
     for _ in range(repeats):
         for name, run in ours.items():
             times_ms[name].append(_time_ms(run))
-    if number := lerobot_version():
-        run = lerobot_chunk()
-        name = f"LeRobot {number}, DiffusionPolicy"
-        times_ms[name] = [_time_ms(run) for _ in range(LEROBOT_REPEATS)]
     table = Table(title=f"one chunk of {policy.config.horizon} motions, one thread")
     table.add_column("by")
     for heading in ("median (ms)", "p99 (ms)", "times ours"):

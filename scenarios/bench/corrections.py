@@ -12,20 +12,9 @@ from scenarios.bench.trials.correction_trial import (
     WITHIN_S,
     CorrectionTrial,
     Course,
-    ForkComparison,
-    lost_trial,
 )
-from scenarios.bench.trials.run_trials import TrialAttempt, run_all
 from scenarios.evaluation.paired import mcnemar_exact, mean_interval
 from scenarios.evaluation.words import interval
-from scenarios.loop.episode_config import EpisodeConfig
-
-
-def run_trials(config: EpisodeConfig, episodes: int, workers: int) -> list[CorrectionTrial]:
-    """Run a trial on each patient from the configuration's seed on; return them in that order."""
-    seeds = range(config.seed, config.seed + episodes)
-    comparison = TrialAttempt(run=ForkComparison(config=config), lost=lost_trial)
-    return sorted(run_all("corrections", seeds, workers, comparison), key=lambda trial: trial.seed)
 
 
 def corrections_table(trials: Sequence[CorrectionTrial]) -> Table:

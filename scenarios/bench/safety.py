@@ -6,7 +6,6 @@ from collections import Counter
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
-from functools import partial
 
 import numpy as np
 from rich.table import Table
@@ -20,15 +19,12 @@ from controller.safety.nearest_motion import NearestMotion
 from scenarios.bench.stopwatch import Stopwatch
 from scenarios.bench.trials.attack_trial import (
     ANY_NUMBER,
-    IN_WORLD,
     AttackedPatient,
     AttackRun,
     AttackTrial,
     Pair,
-    lost_trial,
-    run_trial,
 )
-from scenarios.bench.trials.run_trials import TrialAttempt, error_lines, run_all
+from scenarios.bench.trials.run_trials import error_lines
 from scenarios.catalogue import WITNESS
 from scenarios.loop.episode_config import EpisodeConfig
 from scenarios.run_episode import begin
@@ -39,16 +35,6 @@ ROUNDING = 1e-9  # rad or m
 CROWDS = {"20 to 29 near pairs": ANY_NUMBER[20:30], "30 or more": ANY_NUMBER[30:]}
 CALLS, WARM_UP = 200, 20
 QUERIES = "distance queries"
-
-
-def run_trials(
-    seed: int, episodes: int, workers: int, in_world: int = IN_WORLD
-) -> list[AttackTrial]:
-    """Attack each patient from `seed` on, with a progress bar; return the trials in order."""
-    seeds = range(seed, seed + episodes)
-    attempt = TrialAttempt(run=partial(run_trial, in_world=in_world), lost=lost_trial)
-    trials = run_all("attacks", seeds, workers, attempt)
-    return sorted(trials, key=lambda trial: trial.seed)
 
 
 def depth_tables(trials: Sequence[AttackTrial]) -> list[Table]:

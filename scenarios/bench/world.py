@@ -10,7 +10,6 @@ import numpy as np
 from numpy.typing import NDArray
 from rich.table import Table
 
-from scenarios.bench.newton_solver import bench_newton
 from scenarios.bench.stopwatch import Stopwatch
 from scenarios.catalogue import WITNESS
 from scenarios.episode import Episode
@@ -24,8 +23,6 @@ from tissue_sim.world import World
 def bench_world(*, seed: int, steps: int) -> tuple[Table | str, ...]:
     """Time the world under scripted planner and expert after the grasp of the gallbladder.
 
-    Then time the tissue alone against Newton's.
-
     Raises:
         BadInputError: The expert does not grasp this patient's gallbladder.
     """
@@ -38,12 +35,7 @@ def bench_world(*, seed: int, steps: int) -> tuple[Table | str, ...]:
         for _ in islice(control_steps, steps):
             pass
     cores = (process_time() - start_cpu_s) / (perf_counter() - start_s)
-    return (
-        _table(stopwatch, seed),
-        _speed(stopwatch, episode, cores),
-        _size(episode.world),
-        bench_newton(seed=seed),
-    )
+    return _table(stopwatch, seed), _speed(stopwatch, episode, cores), _size(episode.world)
 
 
 def watch_step(world: World) -> Stopwatch:
