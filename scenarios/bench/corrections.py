@@ -15,13 +15,13 @@ from scenarios.bench.trials.correction_trial import (
 )
 from scenarios.evaluation.paired import mcnemar_exact, mean_interval
 from scenarios.evaluation.words import interval
+from scenarios.files.outside_text import table_of
 
 
 def corrections_table(trials: Sequence[CorrectionTrial]) -> Table:
     """Return a table: without, with, and the paired gain with its 95 % interval."""
-    table = Table(title=f"corrections, seeds {trials[0].seed} to {trials[-1].seed}")
-    for heading in ("", "without", "with", "gain (95 % interval, paired)"):
-        table.add_column(heading, justify="right" if heading else "left")
+    title = f"corrections, seeds {trials[0].seed} to {trials[-1].seed}"
+    table = table_of(title, ("",), ("without", "with", "gain (95 % interval, paired)"), ())
     without = [trial.without for trial in trials if trial.without]
     corrected = [trial.corrected for trial in trials if trial.corrected]
     table.add_row("moments", str(len(without)), str(len(corrected)), "")

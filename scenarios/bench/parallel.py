@@ -12,6 +12,7 @@ from gymnasium.vector import VectorEnv
 from rich.table import Table
 
 from scenarios.bench.trials.storm import storm
+from scenarios.files.outside_text import table_of
 from tissue_sim.frames import Array
 from tissue_sim.parallel import Worlds
 from tissue_sim.patient.anatomy import anatomy_from_seed
@@ -94,9 +95,7 @@ def _in_turns(rounds: int, runs: Sequence[Callable[[], float]]) -> Array:
 
 def _table(title: str, of: str, numbers: Sequence[int], per_s: Array) -> Table:
     """Return a table of rates (ROUNDS, n) and their ratios to the first in the same round."""
-    table = Table(title=title)
-    for heading in (of, "steps/s", f"over {numbers[0]}", "min", "max"):
-        table.add_column(heading, justify="right")
+    table = table_of(title, (), (of, "steps/s", f"over {numbers[0]}", "min", "max"), ())
     for n, rate, gain in zip(numbers, per_s.T, (per_s / per_s[:, :1]).T, strict=True):
         gains = (f"{g:.2f}" for g in (np.median(gain), gain.min(), gain.max()))
         table.add_row(str(n), f"{np.median(rate):.0f}", *gains)

@@ -9,6 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 from rich.table import Table
 
+from scenarios.files.outside_text import table_of
 from tissue_sim.frames import Array
 from tissue_sim.patient.anatomy import Anatomy, anatomy_from_seed
 from tissue_sim.patient.population import (
@@ -80,14 +81,9 @@ def drawn(seed: int, patients: int) -> tuple[Anatomy, ...]:
 
 def population_table(patients: Sequence[Anatomy]) -> Table:
     """Return a table of the published and the drawn values."""
-    table = Table(
-        title=f"{len(patients)} patients, seeds {patients[0].seed} to {patients[-1].seed}"
-    )
-    for heading in ("parameter", "published", "drawn"):
-        table.add_column(heading, justify="left" if heading == "parameter" else "right")
-    for row in (*_sizes(patients), *_shares(patients)):
-        table.add_row(*row)
-    return table
+    title = f"{len(patients)} patients, seeds {patients[0].seed} to {patients[-1].seed}"
+    rows = (*_sizes(patients), *_shares(patients))
+    return table_of(title, ("parameter",), ("published", "drawn"), rows)
 
 
 def _sizes(patients: Sequence[Anatomy]) -> Iterator[tuple[str, str, str]]:

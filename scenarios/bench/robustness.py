@@ -8,14 +8,13 @@ import numpy as np
 from rich.table import Table
 
 from scenarios.bench.trials.storm_trial import StormTrial
+from scenarios.files.outside_text import table_of
 
 
 def trial_table(trials: Sequence[StormTrial]) -> Table:
     """Return a table of the storms' effects and of the laws that they broke."""
-    table = Table(title=f"{len(trials)} storms, seeds {trials[0].seed} to {trials[-1].seed}")
-    table.add_column("measured")
-    for heading in ("median", "p99", "max"):
-        table.add_column(heading, justify="right")
+    title = f"{len(trials)} storms, seeds {trials[0].seed} to {trials[-1].seed}"
+    table = table_of(title, ("measured",), ("median", "p99", "max"), ())
     finished = [t for t in trials if np.isfinite(t.tip_speed_m_s)]
     measured = {
         "commanded tip speed, max of a storm (mm/s)": [

@@ -26,6 +26,7 @@ from scenarios.bench.trials.attack_trial import (
 )
 from scenarios.bench.trials.run_trials import error_lines
 from scenarios.catalogue import WITNESS
+from scenarios.files.outside_text import table_of
 from scenarios.loop.episode_config import EpisodeConfig
 from scenarios.run_episode import begin
 from tissue_sim.frames import Array
@@ -50,9 +51,7 @@ def depth_tables(trials: Sequence[AttackTrial]) -> list[Table]:
 
 
 def _depth_table(title: str, pairs: Sequence[Pair]) -> Table:
-    table = Table(title=f"{len(pairs)} {title}")
-    for heading in ("measured", "without", "with the filter"):
-        table.add_column(heading, justify="left" if heading == "measured" else "right")
+    table = table_of(f"{len(pairs)} {title}", ("measured",), ("without", "with the filter"), ())
     sides = [[p.without for p in pairs], [p.filtered for p in pairs]]
     for obstacle in sorted({name for run in sides[0] for name in run.depth_m}):
         deepest = [max(r.depth_m.get(obstacle, 0.0) for r in runs) for runs in sides]
@@ -104,12 +103,13 @@ def time_table(seed: int) -> Table:
     """Time each stage of the filter: among many near pairs, and in an episode."""
     laps = {name: _crowded(seed, pairs) for name, pairs in CROWDS.items()}
     laps["the expert"] = _in_episode(seed)
-    table = Table(title=f"safety filter, seed {seed}, one thread: median and 99 % (ms)")
-    table.add_column("stage")
-    for name, of_case in laps.items():
-        table.add_column(f"{name}, {len(of_case.whole_s)} calls", justify="right")
-    for stage in next(iter(laps.values())).stages_s:
-        table.add_row(stage, *(_cell(of_case.stages_s[stage]) for of_case in laps.values()))
+    cases = [f"{name}, {len(of_case.whole_s)} calls" for name, of_case in laps.items()]
+    rows = (
+        (stage, *(_cell(of_case.stages_s[stage]) for of_case in laps.values()))
+        for stage in next(iter(laps.values())).stages_s
+    )
+    title = f"safety filter, seed {seed}, one thread: median and 99 % (ms)"
+    table = table_of(title, ("stage",), cases, rows)
     table.add_section()
     sums = {
         "whole": [lap.whole_s for lap in laps.values()],

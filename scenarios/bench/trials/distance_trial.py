@@ -19,6 +19,7 @@ from planner.correction import CORRECTIONS, DIRECTION_ENDOSCOPE, Correction
 from scenarios.bench.trials.run_trials import Trial
 from scenarios.demonstration.interjections import is_harmless
 from scenarios.episode import Episode
+from scenarios.files.outside_text import table_of
 from scenarios.loop.episode_config import EpisodeConfig
 from scenarios.loop.step import Step
 from scenarios.run_episode import begin
@@ -158,16 +159,15 @@ def _gone_m(correction: Correction, moved_m: Array) -> float:
 
 def distances_table(trials: Sequence[DistanceTrial]) -> Table:
     """Return a table: corrections by the moment of speech, distances moved, distances reported."""
-    table = Table(title=f"distances, seeds {trials[0].seed} to {trials[-1].seed}")
-    for heading in ("said", "times", "done", "done within 0.5 mm or 10 %", *_WORST_MM):
-        table.add_column(heading, justify="left" if heading == "said" else "right")
-    every = [one for trial in trials for one in trial.distances]
+    every, rows = [one for trial in trials for one in trial.distances], []
     for when, words in WHEN.items():
         said = [one for one in every if one.when == when]
         done = [one for one in said if one.done]
         within = f"{sum(one.is_exact for one in done)} of {len(done)}"
-        table.add_row(words, str(len(said)), str(len(done)), within, *_worst_mm(done))
-    return table
+        rows.append((words, str(len(said)), str(len(done)), within, *_worst_mm(done)))
+    title = f"distances, seeds {trials[0].seed} to {trials[-1].seed}"
+    figures = ("times", "done", "done within 0.5 mm or 10 %", *_WORST_MM)
+    return table_of(title, ("said",), figures, rows)
 
 
 _WORST_MM = ("worst mm off what was said", "off what was told", "moved the other tip")
