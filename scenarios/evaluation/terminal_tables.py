@@ -22,6 +22,7 @@ from scenarios.evaluation.words import (
     sensed,
     signed,
 )
+from scenarios.files.outside_text import table_of
 from scenarios.loop.results import Summary
 
 Row = Sequence[str]
@@ -30,21 +31,25 @@ Row = Sequence[str]
 def tables(report: Report) -> Iterator[Table]:
     """Yield the tables that have rows."""
     several = (
-        _table("pass rates", ("arm", "suite"), _RATES, _rates(report)),
-        _table("against the reference", ("arm", "reference", "suite"), _PAIRED, _paired(report)),
-        _table("what was sensed (mm)", ("arm", "suite"), SENSED, _sensed(report)),
-        _table("how far each can go", ("axis", "suite", "arm"), _CLIMBED, _climbs(report)),
-        _table("which patients pass", ("by", "stratum", "suite", "arm"), _STRATA, _strata(report)),
-        _table(
+        table_of("pass rates", ("arm", "suite"), _RATES, _rates(report)),
+        table_of("against the reference", ("arm", "reference", "suite"), _PAIRED, _paired(report)),
+        table_of("what was sensed (mm)", ("arm", "suite"), SENSED, _sensed(report)),
+        table_of("how far each can go", ("axis", "suite", "arm"), _CLIMBED, _climbs(report)),
+        table_of(
+            "which patients pass", ("by", "stratum", "suite", "arm"), _STRATA, _strata(report)
+        ),
+        table_of(
             "language audit",
             ("what was said", "arm"),
             ("dealt with rightly", "orders settled"),
             _said(report),
         ),
-        _table("why episodes failed", ("arm", "suite", "reason"), ("episodes",), _reasons(report)),
-        _table("worst episodes", ("arm", "outcome", "recording"), (), _worst(report)),
-        _table("called without need", ("arm", "call", "recording"), (), _needless(report)),
-        _table("errors, of nobody's making", ("arm", "error", "recording"), (), _errors(report)),
+        table_of(
+            "why episodes failed", ("arm", "suite", "reason"), ("episodes",), _reasons(report)
+        ),
+        table_of("worst episodes", ("arm", "outcome", "recording"), (), _worst(report)),
+        table_of("called without need", ("arm", "call", "recording"), (), _needless(report)),
+        table_of("errors, of nobody's making", ("arm", "error", "recording"), (), _errors(report)),
     )
     return (table for table in several if table.row_count)
 
@@ -65,17 +70,6 @@ _RATES = (
 _CLIMBED = ("holds", "ends", "")
 _STRATA = ("episodes", "passed", "rate", "95 % Wilson", "errors")
 _PAIRED = ("pairs", "only it", "only ref.", "difference", "95 % Tango", "McNemar p")
-
-
-def _table(title: str, names: Row, figures: Row, rows: Iterator[Row]) -> Table:
-    table = Table(title=title)
-    for name in names:
-        table.add_column(name, overflow="fold")
-    for name in figures:
-        table.add_column(name, justify="right")
-    for row in rows:
-        table.add_row(*row)
-    return table
 
 
 def _rates(report: Report) -> Iterator[Row]:

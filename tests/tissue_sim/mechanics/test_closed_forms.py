@@ -6,7 +6,7 @@ The experiments are those of the validation page, `notebooks/01_field_and_physic
 import numpy as np
 import pytest
 
-from tests.tissue_sim.mechanics.tented import tented
+from tests.tissue_sim.verification.tented import tented
 from tissue_sim.patient.material import Material
 from tissue_sim.verification.bodies import EPS, SETTLED_M, box, face_share, overdamped, settle
 from tissue_sim.verification.cantilever import (
