@@ -5,6 +5,7 @@ from __future__ import annotations
 import re
 from collections.abc import Callable, Iterator, Sequence
 from io import StringIO
+from pathlib import Path
 from statistics import median
 from textwrap import fill
 from typing import Any
@@ -21,27 +22,11 @@ from scenarios.files.outside_text import in_html
 from scenarios.loop.sensing_metrics import SPAN_S
 
 ARMS = tuple(f"#a0000{k}" for k in range(6))
-INK, SOFT, RULE = "#a00010", "#a00011", "#a00012"
-VARIABLES = {INK: "ink", SOFT: "soft", RULE: "rule"} | {c: f"arm{k}" for k, c in enumerate(ARMS)}
-"""Stand-ins for the colours of the style sheet, which are others in the dark."""
+VARIABLES = {"#a00010": "ink", "#a00011": "soft", "#a00012": "rule"}
+VARIABLES |= {colour: f"arm{k}" for k, colour in enumerate(ARMS)}
+"""Stand-ins, here and in plots.mplstyle, for colours of the sheet, which has others in the dark."""
 
-STYLE: dict[Any, Any] = {
-    "svg.fonttype": "none",
-    "svg.hashsalt": "calot",
-    "text.parse_math": False,
-    "font.size": 11.5,
-    "text.color": SOFT,
-    "axes.labelcolor": SOFT,
-    "axes.grid": True,
-    "axes.axisbelow": True,
-    "grid.color": RULE,
-    "lines.linewidth": 2.0,
-    "lines.solid_capstyle": "round",
-    **{f"axes.spines.{side}": False for side in ("left", "right", "top", "bottom")},
-    **{f"{axis}tick.major.size": 0.0 for axis in "xy"},
-    **{f"{axis}tick.labelcolor": SOFT for axis in "xy"},
-}
-DASHED = {"linewidth": 1.0, "linestyle": (0, (3, 4))}
+DASHED = {"color": "#a00011", "linewidth": 1.0, "linestyle": (0, (3, 4))}
 
 
 def plots(report: Report) -> dict[str, dict[str, str]]:
@@ -49,7 +34,7 @@ def plots(report: Report) -> dict[str, dict[str, str]]:
     colours = {arm: ARMS[k % len(ARMS)] for k, arm in enumerate(report.arms)}
     found = list(_groups(report, colours))
     times_s = [(label, c, _times_s(suite)) for label, c, suite in found]
-    told = [(colours[arm], of_arm.detection) for arm, of_arm in report.arms.items()]
+    told = [(colours[arm], of_arm.failure_detection) for arm, of_arm in report.arms.items()]
     curves = [(c, d.roc) for c, d in told if d is not None and d.roc_auc is not None]
     sensed = next(filter(None, (_sensed(report, s.name, colours) for s in report.suites)), None)
     n = len(found)
@@ -72,7 +57,7 @@ def _groups(report: Report, colours: dict[str, str]) -> Iterator[tuple[str, str,
 
 
 def _times_s(suite: SuiteReport) -> list[float]:
-    return [result.procedure_time_s for _, result in suite.results if result.success]
+    return [found["procedure_time_s"] for found in suite.episodes if found["success"]]
 
 
 def _sensed(report: Report, suite: str, colours: dict[str, str]) -> list[tuple[str, Any]]:
@@ -100,7 +85,7 @@ def svg(
 ) -> str:
     """Return a drawing as an element of HTML; the size is that of its axes, without labels."""
     file = StringIO()
-    with matplotlib.rc_context(STYLE):
+    with matplotlib.rc_context(fname=Path(__file__).with_suffix(".mplstyle")):
         figure = Figure(figsize=(width_px / 72.0, height_px / 72.0))
         draw(figure.add_axes((0.0, 0.0, 1.0, 1.0)), data)
         metadata = dict.fromkeys(("Creator", "Date", "Format", "Type"))
@@ -146,7 +131,7 @@ def strips(axes: Axes, groups: Sequence[tuple[str, str, Sequence[float]]]) -> No
 
 
 def _rows(axes: Axes, labels: Sequence[str]) -> None:
-    axes.set_yticks(range(len(labels)), labels, color=INK, fontsize=13.0)
+    axes.set_yticks(range(len(labels)), labels, color="#a00010", fontsize=13.0)
     axes.set_ylim(len(labels) - 0.5, -0.5)
     axes.grid(visible=False, axis="y")
 
@@ -163,7 +148,7 @@ def course(axes: Axes, lines: Sequence[tuple[str, Sequence[float | None]]]) -> N
 def ladder(axes: Axes, data: tuple[float, Sequence[tuple[str, Climb]]]) -> None:
     """Draw pass rates up to the largest magnitude, with intervals; a dashed line marks half."""
     most, climbs = data
-    axes.axhline(0.5, color=SOFT, **DASHED)
+    axes.axhline(0.5, **DASHED)
     for k, (colour, climb) in enumerate(climbs):
         shift = 0.02 * most * (k - 0.5 * (len(climbs) - 1))  # systems stand beside one another
         rungs = [rung for rung in climb.rungs if rung.summary.pass_rate is not None]
@@ -182,7 +167,7 @@ def ladder(axes: Axes, data: tuple[float, Sequence[tuple[str, Climb]]]) -> None:
 
 def roc(axes: Axes, curves: Sequence[tuple[str, Sequence[tuple[float, float]]]]) -> None:
     """Draw failures caught over false alarms, a curve for each system."""
-    axes.axline((0.0, 0.0), (1.0, 1.0), color=SOFT, **DASHED)
+    axes.axline((0.0, 0.0), (1.0, 1.0), **DASHED)
     for colour, curve in curves:
         axes.plot(*np.transpose(curve), color=colour)
     axes.set(

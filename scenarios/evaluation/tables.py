@@ -51,7 +51,7 @@ def tables(report: Report) -> dict[str, Table]:
     return {
         **_by_suite(report, every),
         **_by_arm(report),
-        "reasons": tabulate("why episodes failed", REASON, OFTEN, _reasons(every)),
+        "reasons": tabulate("why episodes failed", REASON, OFTEN, _spread(every, "reasons")),
         "to_look_at": _table("episodes to look at", EPISODE, (), to_look_at),
         "right_calls": _table("rightly called", EPISODE, (), right_calls, page_only=True),
     }
@@ -61,7 +61,8 @@ def _by_suite(report: Report, every: Sequence[Place]) -> dict[str, Table]:
     """Return the tables with a row for each system."""
     judged = list(_places(report, [suite for suite in report.suites if not suite.ladders]))
     apart = [c for c in report.comparisons if c.where_both_pass]
-    alarms = [(arm, d) for arm, found in report.arms.items() if (d := found.detection) is not None]
+    told = [(arm, found.failure_detection) for arm, found in report.arms.items()]
+    alarms = [pair for pair in told if pair[1] is not None]
     limits = _spread(judged, "sensitivity")
     return {
         "rates": tabulate("pass rates", WHERE, RATES, judged),
@@ -110,7 +111,8 @@ def _places(report: Report, suites: Sequence[Suite]) -> Iterator[Place]:
 def _spread(places: Sequence[Place], field: str) -> Iterator[Place]:
     """Yield a place for each entry of a field of the suites' reports."""
     for place in places:
-        for entry in getattr(place.of, field):
+        entries = getattr(place.of, field)
+        for entry in entries.items() if isinstance(entries, dict) else entries:
             yield place._replace(of=entry)
 
 
@@ -258,12 +260,6 @@ def _right(lines: Sequence[AuditLine]) -> tuple[str | Cell, str | Cell]:
 
 REASON: Columns = WHERE | {"reason": lambda p: p.of[0]}
 OFTEN: Columns = {"episodes": lambda p: str(p.of[1])}
-
-
-def _reasons(places: Sequence[Place]) -> Iterator[Place]:
-    for place in places:
-        yield from (place._replace(of=often) for often in place.of.reasons.items())
-
 
 EPISODE = ("arm", "outcome", "recording")
 TO_LOOK_AT = ("errors", "needless_calls", "worst")

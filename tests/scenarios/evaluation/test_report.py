@@ -55,7 +55,7 @@ def test_errors_are_counted_apart_and_leave_rate_and_pairs(report):
     assert found.summary.pass_rate == 5 / 9
     assert sum(found.reasons.values()) == 4
     assert len(report.arms["second"].errors) == len(
-        [r for s in report.arms["second"].suites.values() for _, r in s.results if r.error]
+        [e for s in report.arms["second"].suites.values() for e in s.episodes if e["error"]]
     )
     (pair,) = (c for c in report.comparisons if c.suite == "nominal")
     assert (pair.pairs, pair.only_arm, pair.only_reference) == (9, 1, 4)

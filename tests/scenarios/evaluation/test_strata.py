@@ -48,10 +48,10 @@ def test_a_patient_is_where_its_anatomy_belongs():
     for seed in SEEDS:
         anatomy, at = anatomy_from_seed(seed), places(seed, "nominal")
         assert at[VARIANT] == anatomy.variant
-        for prop, cut in DIVISIONS.items():
-            k = cut.names.index(at[prop])
-            low, high = (0.0, *cut.at)[k], (*cut.at, 1e9)[k]
-            assert low <= getattr(anatomy, cut.field) < high
+        for prop, (field, begins, names) in DIVISIONS.items():
+            k = names.index(at[prop])
+            low, high = (0.0, *begins)[k], (*begins, 1e9)[k]
+            assert low <= getattr(anatomy, field) < high
 
 
 def test_the_scenario_decides_whose_anatomy_it_is():
