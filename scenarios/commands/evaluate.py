@@ -171,9 +171,9 @@ class Evaluate:
     def _report(self, plan: Plan, results: Mapping[Case, EpisodeResult]) -> Report:
         """Write the report and show it."""
         from scenarios.evaluation.folder import open_folder
-        from scenarios.evaluation.page.whole import page
+        from scenarios.evaluation.page import page
         from scenarios.evaluation.report import document, report_of
-        from scenarios.evaluation.terminal_tables import tables
+        from scenarios.evaluation.tables import tables
 
         open_folder(self.out, self.arms)  # the folder may have vanished
         report, made_with = report_of(plan, results, self.out), self._made_with()
@@ -181,8 +181,9 @@ class Evaluate:
         self._write(RESULTS, dumps(told, indent=2) + "\n")
         self._write("report.html", page(report, made_with))
         console = output()
-        for table in tables(report):
-            console.print(table)
+        for table in tables(report).values():
+            if table.rows and not table.page_only:
+                console.print(table.drawn())
         for name in (RESULTS, "report.html"):
             console.print(f"{self.out / name}", highlight=False, markup=False, soft_wrap=True)
         return report

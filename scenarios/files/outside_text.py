@@ -1,7 +1,8 @@
 """Show text from outside, such as a model's answer or a person's words, as plain text only.
 
 A terminal obeys escape sequences, rich obeys `[markup]`, a browser obeys tags, and both reverse
-text at right-to-left marks. Every console of Calot is a `Terminal`, every page uses `in_html`.
+text at right-to-left marks. Every console of Calot is a `Terminal`; pages use `in_html`, or
+`visible` in a template that escapes.
 Reports are printed on `output()`, most of their tables are made by `table_of`.
 """
 
