@@ -2,42 +2,52 @@
 
 from collections import deque
 from collections.abc import Callable, Generator, Iterable, Iterator, Sequence
-from typing import Protocol, TypeVar
+from typing import Any, NamedTuple, Protocol, TypeVar
 
 from scenarios.files.errors import WorkerDiedError
 from scenarios.workers.process import saving
 
 Config = TypeVar("Config")
 Result = TypeVar("Result")
-Numbered = TypeVar("Numbered")
-Given = TypeVar("Given", contravariant=True)
 Got = TypeVar("Got", covariant=True)
 
 
-class WorkerPool(Protocol[Given, Got]):
-    """Workers that each run one attempt at a time; attempts have numbers."""
+class Job(NamedTuple):
+    """An attempt to be made.
+
+    Attributes:
+        config: The input of the attempt.
+        repeated: Whether a worker has died of it before.
+    """
+
+    config: Any
+    repeated: bool
+
+
+class WorkerPool(Protocol[Got]):
+    """Workers that each run one job at a time."""
 
     @property
     def n_busy(self) -> int:
-        """Return how many attempts are running."""
+        """Return how many jobs are running."""
         ...
 
-    def begin(self, number: int, config: Given) -> None:
-        """Start an attempt on a worker."""
+    def begin(self, job: Job) -> None:
+        """Start a job on a worker."""
         ...
 
     def wait(self) -> None:
-        """Wait until some attempts have ended."""
+        """Wait until some jobs have ended."""
         ...
 
-    def ended(self) -> Sequence[tuple[int, Got | WorkerDiedError]]:
-        """Return the numbers and results of attempts that have ended."""
+    def ended(self) -> Sequence[tuple[Job, Got | WorkerDiedError]]:
+        """Return the jobs that have ended, and their results."""
         ...
 
     def leave(self) -> Sequence[Got]:
-        """Interrupt running attempts, as Ctrl-C does, wait until they are saved, and end.
+        """Interrupt running jobs, as Ctrl-C does, wait until they are saved, and end all workers.
 
-        Return the results of attempts that finished before the interruption.
+        Return the results of jobs that finished before the interruption.
         """
         ...
 
@@ -58,29 +68,24 @@ def run_side_by_side(
     attempts are yielded before KeyboardInterrupt is raised.
     """
     pool = _pool(attempt, cluster)
-    coming, again = enumerate(configs), deque[tuple[int, Config]]()
-    running, repeated = dict[int, Config](), set[int]()
+    coming, again = (Job(config, repeated=False) for config in configs), deque[Job]()
 
     def fill() -> None:
         while pool.n_busy < workers and (due := _next(again, coming)) is not None:
-            number, running[number] = due
-            pool.begin(*due)
+            pool.begin(due)
 
     try:
         fill()
         while pool.n_busy:
             pool.wait()
             with saving():  # what is received is passed on
-                for number, outcome in pool.ended():
-                    config = running.pop(number)
+                for job, outcome in pool.ended():
                     died = isinstance(outcome, WorkerDiedError)
-                    retry = died and number not in repeated
-                    if retry:
-                        repeated.add(number)
-                        again.append((number, config))
+                    if retry := died and not job.repeated:
+                        again.append(job._replace(repeated=True))
                     fill()
                     if not retry:
-                        yield after_death(config, outcome) if died else outcome
+                        yield after_death(job.config, outcome) if died else outcome
     except KeyboardInterrupt:
         with saving():
             yield from pool.leave()
@@ -90,11 +95,11 @@ def run_side_by_side(
             pool.leave()
 
 
-def _next(again: deque[Numbered], coming: Iterator[Numbered]) -> Numbered | None:
+def _next(again: deque[Job], coming: Iterator[Job]) -> Job | None:
     return again.popleft() if again else next(coming, None)
 
 
-def _pool(attempt: Callable[[Config], Result], cluster: str | None) -> WorkerPool[Config, Result]:
+def _pool(attempt: Callable[[Config], Result], cluster: str | None) -> WorkerPool[Result]:
     if cluster is None:
         from scenarios.workers.local_processes import LocalProcesses
 

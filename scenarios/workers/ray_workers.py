@@ -5,59 +5,54 @@ The current folder, and the files that the command names, lie on a disk that all
 
 import os
 from collections.abc import Callable
-from typing import Any, Generic, TypeVar
+from typing import Any, TypeVar
 
 import ray  # pyright: ignore[reportMissingImports]
 from ray.exceptions import RayError  # pyright: ignore[reportMissingImports]
 
 from scenarios.files.errors import WorkerDiedError
 from scenarios.workers.local_processes import STOP_TIMEOUT_S
+from scenarios.workers.pool import Job, WorkerPool
 
 Config = TypeVar("Config")
 Result = TypeVar("Result")
 
 
-class RayWorkers(Generic[Config, Result]):
+class RayWorkers(WorkerPool[Result]):
     """A pool of Ray tasks with one core each; Ray manages their processes."""
 
-    def __init__(self, attempt: Callable[[Config], Result], address: str) -> None:
+    def __init__(self, attempt: Callable[[Any], Result], address: str) -> None:
         """Join the cluster whose head answers at `address`, HOST:PORT."""
         connect(address)
         self._attempt, self._folder = attempt, os.getcwd()
-        self._numbers: dict[ray.ObjectRef, int] = {}
+        self._jobs: dict[ray.ObjectRef, Job] = {}
 
     @property
     def n_busy(self) -> int:
-        """Return how many attempts are running."""
-        return len(self._numbers)
+        return len(self._jobs)
 
-    def begin(self, number: int, config: Config) -> None:
-        """Start an attempt on any node; Ray must not retry it, so that deaths are counted."""
+    def begin(self, job: Job) -> None:
+        """Start a job on any node; Ray must not retry it, so that deaths are counted."""
         task = ray.remote(num_cpus=1, max_retries=0)(_attempted)
-        self._numbers[task.remote(self._folder, self._attempt, config)] = number
+        self._jobs[task.remote(self._folder, self._attempt, job.config)] = job
 
     def wait(self) -> None:
-        """Wait until some attempts have ended."""
-        ray.wait(list(self._numbers), num_returns=1)
+        ray.wait(list(self._jobs), num_returns=1)
 
-    def ended(self) -> list[tuple[int, Result | WorkerDiedError]]:
-        """Return the numbers and results of attempts that have ended."""
-        done, _ = ray.wait(list(self._numbers), num_returns=len(self._numbers), timeout=0.0)
-        return [(self._numbers.pop(task), _outcome(task)) for task in done]
+    def ended(self) -> list[tuple[Job, Result | WorkerDiedError]]:
+        return [(self._jobs.pop(task), _outcome(task)) for task in self._done(within_s=0.0)]
 
     def leave(self) -> list[Result]:
-        """Interrupt running attempts and wait until they are saved.
-
-        Return the results of attempts that finished before the interruption.
-        """
-        under_way, self._numbers = list(self._numbers), {}
-        for task in under_way:
+        for task in self._jobs:
             ray.cancel(task)
-        if not under_way:
-            return []
-        done, _ = ray.wait(under_way, num_returns=len(under_way), timeout=STOP_TIMEOUT_S)
-        last = [_outcome(task) for task in done]
+        last = [_outcome(task) for task in self._done(within_s=STOP_TIMEOUT_S)]
+        self._jobs.clear()
         return [outcome for outcome in last if not isinstance(outcome, WorkerDiedError)]
+
+    def _done(self, within_s: float) -> list[ray.ObjectRef]:
+        """Return the tasks that are done within some seconds."""
+        tasks = list(self._jobs)
+        return ray.wait(tasks, num_returns=len(tasks), timeout=within_s)[0] if tasks else []
 
 
 def connect(address: str) -> None:
