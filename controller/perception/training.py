@@ -18,7 +18,7 @@ from controller.perception.checkpoint import (
     PerceptionModel,
 )
 from controller.perception.frames import Frames, changed, read_frames
-from controller.perception.network import N_WIDE, STRIDE, Network, NetworkConfig, Seen
+from controller.perception.network import N_WIDE, Network, NetworkConfig, Seen, axes
 from controller.perception.prior import fit_prior
 from planner.learning.optimise import Schedule, TrainingStep, optimise
 from tissue_sim.sensing.observation import N_LINE, N_POINTS
@@ -174,7 +174,7 @@ def _target(maps: Tensor, pixels: Tensor) -> Tensor:
 
 def _bump(maps: Tensor, pixels: Tensor, spread_px: float) -> Tensor:
     """Return bells (b, n, h, w), 1 at each pixel (b, n, 2)."""
-    column, row = _axes(maps)
+    column, row = axes(maps)
     across = torch.exp(-(column - pixels[..., :1]).square() / (2.0 * spread_px**2))
     down = torch.exp(-(row - pixels[..., 1:]).square() / (2.0 * spread_px**2))
     return across[:, :, None, :] * down[..., None]
@@ -192,7 +192,7 @@ def _dense_loss(dense: Tensor, pixels: Tensor, shown: Tensor) -> Tensor:
 
 def _offset_loss(offset: Tensor, pixels: Tensor, shown: Tensor) -> Tensor:
     """Return the loss of the offsets from cells near a clip or a cut end to the nearest one."""
-    cells = torch.stack(torch.meshgrid(*_axes(offset), indexing="xy"))  # (2, h, w)
+    cells = torch.stack(torch.meshgrid(*axes(offset), indexing="xy"))  # (2, h, w)
     total = offset.new_zeros(())
     for k, group in enumerate(GROUPS):
         off = pixels[:, group, :, None, None] - cells  # (b, n, 2, h, w)
@@ -205,10 +205,3 @@ def _offset_loss(offset: Tensor, pixels: Tensor, shown: Tensor) -> Tensor:
         each = F.smooth_l1_loss(offset[:, k], wanted, reduction="none", beta=0.3)
         total = total + (near * each).sum() / near.sum().clamp(min=1)
     return total
-
-
-def _axes(maps: Tensor) -> tuple[Tensor, Tensor]:
-    """Return the columns (w,) and rows (h,) of the middles of the cells, pixels."""
-    h, w = maps.shape[-2:]
-    column = STRIDE * (torch.arange(w, device=maps.device) + 0.5)
-    return column, STRIDE * (torch.arange(h, device=maps.device) + 0.5)
