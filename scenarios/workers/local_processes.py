@@ -14,7 +14,7 @@ from threading import Thread
 from typing import Any, TypeVar, cast
 
 from scenarios.files.errors import WorkerDiedError
-from scenarios.workers.pool import Job, WorkerPool
+from scenarios.workers.job import Job, WorkerPool
 from scenarios.workers.process import STOP_SIGNALS, counting, search_garbage_rarely, stoppable
 from tissue_sim.main_guard import require_main_guard
 

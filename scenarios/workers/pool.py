@@ -1,55 +1,15 @@
 """Run attempts in parallel, in processes of this machine or of a cluster."""
 
 from collections import deque
-from collections.abc import Callable, Generator, Iterable, Iterator, Sequence
-from typing import Any, NamedTuple, Protocol, TypeVar
+from collections.abc import Callable, Generator, Iterable, Iterator
+from typing import TypeVar
 
 from scenarios.files.errors import WorkerDiedError
+from scenarios.workers.job import Job, WorkerPool
 from scenarios.workers.process import saving
 
 Config = TypeVar("Config")
 Result = TypeVar("Result")
-Got = TypeVar("Got", covariant=True)
-
-
-class Job(NamedTuple):
-    """An attempt to be made.
-
-    Attributes:
-        config: The input of the attempt.
-        repeated: Whether a worker has died of it before.
-    """
-
-    config: Any
-    repeated: bool
-
-
-class WorkerPool(Protocol[Got]):
-    """Workers that each run one job at a time."""
-
-    @property
-    def n_busy(self) -> int:
-        """Return how many jobs are running."""
-        ...
-
-    def begin(self, job: Job) -> None:
-        """Start a job on a worker."""
-        ...
-
-    def wait(self) -> None:
-        """Wait until some jobs have ended."""
-        ...
-
-    def ended(self) -> Sequence[tuple[Job, Got | WorkerDiedError]]:
-        """Return the jobs that have ended, and their results."""
-        ...
-
-    def leave(self) -> Sequence[Got]:
-        """Interrupt running jobs, as Ctrl-C does, wait until they are saved, and end all workers.
-
-        Return the results of jobs that finished before the interruption.
-        """
-        ...
 
 
 def run_side_by_side(

@@ -19,8 +19,8 @@ from ray.exceptions import RayError  # pyright: ignore[reportMissingImports]
 from ray.util.scheduling_strategies import NodeAffinitySchedulingStrategy  # pyright: ignore
 
 from scenarios.files.errors import WorkerDiedError
+from scenarios.workers.job import Job, WorkerPool
 from scenarios.workers.local_processes import STOP_TIMEOUT_S
-from scenarios.workers.pool import Job, WorkerPool
 from tissue_sim.constants import WORLD_VERSION
 
 Config = TypeVar("Config")
