@@ -26,7 +26,7 @@ from tissue_sim.sensing.observation import Observation
 from tissue_sim.sensing.rest_frame import RestFrame
 
 FLAG_ABOVE = 0.5  # probability that a correction is needed; assumed
-MOST_CORRECTIONS = 3  # among the remembered moments; assumed
+MOST_CORRECTIONS = 3  # in the network's history; assumed
 SURE = 0.7  # probability from which another task is given at once; assumed
 
 
@@ -185,7 +185,7 @@ class PlannerLearned:
             self._has_cut |= _comes_from_cut(TASKS[task])
 
     def _stacked(self) -> Moments:
-        """Return the remembered moments; copies of the first, marked unknown, fill the start."""
+        """Return the history; copies of the first, marked unknown, fill the start."""
         missing = self._network.config.history - len(self._moments)
         rows = [self._moments[0]] * missing + list(self._moments)
         return Moments(

@@ -14,11 +14,10 @@ from tissue_sim.sensing.eyes import (
     USUAL,
     VIEWS,
     Eyes,
-    Spoil,
     as_it_is,
 )
 from tissue_sim.sensing.observation import Observation
-from tissue_sim.sensing.sensor_model import SenseSetup, SensorModel
+from tissue_sim.sensing.sensor_model import PictureFault, SenseSetup, SensorModel
 
 if TYPE_CHECKING:
     from tissue_sim.world import World
@@ -32,12 +31,12 @@ class SenseCameras:
         seed: int,
         perception: Perception,
         model: SensorModel = USUAL,
-        spoil: Spoil = as_it_is,
+        picture_fault: PictureFault = as_it_is,
         views: Sequence[CameraSpec] = VIEWS,
     ) -> None:
-        """Perceive in `views` with the errors of this seed; pictures pass through `spoil`."""
+        """Perceive in `views` with the errors of this seed; `picture_fault` alters pictures."""
         rng = np.random.default_rng([0x5EE, seed])
-        self._eyes = Eyes(rng, model, spoil=spoil, views=views)
+        self._eyes = Eyes(rng, model, picture_fault=picture_fault, views=views)
         self._perception = perception
 
     def observe(self, world: World, exact: Observation) -> Observation:
@@ -72,4 +71,6 @@ def make_endoscope(setup: SenseSetup) -> SenseCameras:
 
 def _made(setup: SenseSetup, views: Sequence[CameraSpec]) -> SenseCameras:
     perception = load_perception(setup.checkpoint)
-    return SenseCameras(setup.seed, perception, spoil=setup.spoil or as_it_is, views=views)
+    return SenseCameras(
+        setup.seed, perception, picture_fault=setup.picture_fault or as_it_is, views=views
+    )

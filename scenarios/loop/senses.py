@@ -38,7 +38,7 @@ def make_sense(config: EpisodeConfig, effects: Effects) -> Sense:
         seed=config.seed,
         checkpoint=config.perception_checkpoint,
         model=effects.on_senses(SensorModel()),
-        spoil=effects.on_picture,
+        picture_fault=effects.on_picture,
     )
     sense = resolve_name(sense_named(config.sense).factory)(setup)
     if not callable(getattr(sense, "observe", None)):

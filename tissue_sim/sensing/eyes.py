@@ -7,11 +7,10 @@ the wrists' wide pictures added less than they cost.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
-from numpy.typing import NDArray
 
 from tissue_sim.field import Field
 from tissue_sim.frames import Array, exponential, inverse_pose, pose, transform
@@ -20,7 +19,7 @@ from tissue_sim.rendering.view import FieldCameras
 from tissue_sim.sensing.cameras import CROPS, CameraSpec, T_world_camera
 from tissue_sim.sensing.glance import Glance, Picture
 from tissue_sim.sensing.observation import Observation
-from tissue_sim.sensing.sensor_model import SensorModel
+from tissue_sim.sensing.sensor_model import PictureFault, Rgb, SensorModel
 from tissue_sim.tools.arms import LEFT_ARM, RIGHT_ARM
 
 WHOLE, CLOSE = "endoscope_left", "endoscope_left_close"
@@ -35,8 +34,6 @@ LOOK_STEPS = 6  # control steps between two looks: ten looks per second have the
 JAW_PLAY_RAD = 0.004  # assumed: backlash between a jaw and its encoder
 WHITE = 0.1  # assumed: share of a force's error that is new in each step; the rest is constant
 USUAL = SensorModel()
-Rgb = NDArray[np.uint8]
-Spoil = Callable[[str, Rgb], Rgb]  # from a camera's name and picture to the spoiled picture
 
 
 def as_it_is(camera: str, rgb: Rgb) -> Rgb:
@@ -57,11 +54,11 @@ class Eyes:
         rng: np.random.Generator,
         model: SensorModel = USUAL,
         every: int = LOOK_STEPS,
-        spoil: Spoil = as_it_is,
+        picture_fault: PictureFault = as_it_is,
         views: Sequence[CameraSpec] = VIEWS,
     ) -> None:
-        """Take `views` each `every` control steps; each picture passes through `spoil`."""
-        self._model, self._rng, self._every, self._spoil = model, rng, every, spoil
+        """Take `views` each `every` control steps; each picture passes through `picture_fault`."""
+        self._model, self._rng, self._every, self._fault = model, rng, every, picture_fault
         self._views = views
         self._force_n = model.force_n * rng.standard_normal(7)
         self._offset_m = model.hand_eye_m * rng.standard_normal((2, 3))
@@ -107,7 +104,7 @@ class Eyes:
             if CROPS.get(spec.name, WHOLE) != WHOLE:
                 T = self._believed(tips, LEFT_ARM if "left" in spec.name else RIGHT_ARM, T)
             made[spec.name] = Picture(
-                rgb=self._spoil(spec.name, rgb[spec.name]),
+                rgb=self._fault(spec.name, rgb[spec.name]),
                 T_endoscope_camera=T,
                 focal_px=spec.focal_px,
             )

@@ -9,7 +9,12 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from dataclasses import dataclass, field, replace
-from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+Rgb = NDArray[np.uint8]  # picture (height, width, 3)
+PictureFault = Callable[[str, Rgb], Rgb]  # from a camera's name and picture to the faulty picture
 
 ABOVE_0, SHARE = "above 0", "from 0 to 1"
 ALLOWED = {"slow_s": ABOVE_0, "look_s": ABOVE_0, "dropout_s": ABOVE_0, "dropout": SHARE}
@@ -101,10 +106,10 @@ class SenseSetup:
         seed: of the episode; a sense draws its own errors from it.
         checkpoint: file of a perception that the user named; None for the sense's own choice.
         model: errors of encoders, currents and points in this episode.
-        spoil: what the episode's perturbations do to a picture.
+        picture_fault: what the episode's perturbations do to a picture; None for nothing.
     """
 
     seed: int = 0
     checkpoint: str | None = None
     model: SensorModel = field(default_factory=SensorModel)
-    spoil: Callable[..., Any] | None = None
+    picture_fault: PictureFault | None = None
