@@ -7,7 +7,7 @@ comes from one of four senses (`sense.py`), and states the uncertainty of each p
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from itertools import takewhile
+from itertools import accumulate, pairwise, starmap, takewhile
 from math import prod
 from typing import Any
 
@@ -120,7 +120,7 @@ class Observation:
         """Flatten the parts that `VECTOR_LAYOUT` names into (`VECTOR_SIZE`,)."""
         rest = {"tips_endoscope": self.tips_endoscope[:, :3], "scissors": self.tools[1] == SCISSORS}
         parts = (rest[name] if name in rest else getattr(self, name) for name in VECTOR_LAYOUT)
-        return np.concatenate([np.ravel(p) for p in parts]).astype(np.float32)
+        return np.concatenate(list(parts), axis=None, dtype=np.float32)
 
 
 def tip_to_tubes_m(seen: Observation) -> float:
@@ -150,7 +150,9 @@ VECTOR_LAYOUT: dict[str, tuple[int, ...]] = {
 }
 """Order and shapes of the parts of `Observation.vector()`."""
 
-VECTOR_SIZE = sum(prod(shape) for shape in VECTOR_LAYOUT.values())
+_ENDS = list(accumulate(prod(shape) for shape in VECTOR_LAYOUT.values()))
+_PARTS = dict(zip(VECTOR_LAYOUT, starmap(slice, pairwise([0, *_ENDS])), strict=True))
+VECTOR_SIZE = _ENDS[-1]
 _BEFORE_POINTS = takewhile(lambda name: name not in POINTS, VECTOR_LAYOUT)
 POINTS_BEGIN = sum(prod(VECTOR_LAYOUT[name]) for name in _BEFORE_POINTS)
 POINTS_END = POINTS_BEGIN + 3 * N_POINTS
@@ -163,12 +165,11 @@ camera."""
 
 def fields(vectors: Any) -> dict[str, Any]:
     """Split vectors (..., `VECTOR_SIZE`), arrays or tensors, into views (..., *shape) by name."""
-    parts, at = {}, 0
-    for name, shape in VECTOR_LAYOUT.items():
-        size = prod(shape)
-        parts[name] = vectors[..., at : at + size].reshape(*vectors.shape[:-1], *shape)
-        at += size
-    return parts
+    batch = vectors.shape[:-1]
+    return {
+        name: vectors[..., part].reshape(*batch, *VECTOR_LAYOUT[name])
+        for name, part in _PARTS.items()
+    }
 
 
 def encoded_and_tissue(vectors: NDArray[np.float32]) -> tuple[NDArray, NDArray]:
@@ -179,11 +180,14 @@ def encoded_and_tissue(vectors: NDArray[np.float32]) -> tuple[NDArray, NDArray]:
     return encoded, np.concatenate([flat[n] for n in flat if n not in ENCODED], axis=1)
 
 
-def observation_of(vector: NDArray[np.float32], time_s: float) -> Observation:
-    """Return the observation of an `Observation.vector()`; all other fields have their defaults."""
-    parts = {name: part.astype(float) for name, part in fields(vector).items()}
-    tips = np.tile(np.eye(4), (2, 1, 1))
-    tips[:, :3] = parts["tips_endoscope"]
+def observation_of(vector: NDArray[np.float32], time_s: float, **others: Any) -> Observation:
+    """Return the observation of an `Observation.vector()`.
+
+    The fields that are no part of the vector are `others`, or have their defaults.
+    """
+    parts = fields(vector.astype(float))
+    tips = np.zeros((2, 4, 4))
+    tips[:, :3], tips[:, 3, 3] = parts["tips_endoscope"], 1.0
     return Observation(
         time_s=time_s,
         joints=parts["joints"],
@@ -208,4 +212,5 @@ def observation_of(vector: NDArray[np.float32], time_s: float) -> Observation:
         std_m=parts["std_m"],
         age_s=parts["age_s"],
         hidden=parts["hidden"] > 0.5,
+        **others,
     )
