@@ -15,7 +15,7 @@ from controller.diffusion.scene.scene import Scene
 from controller.diffusion.scene.task_place import task_place
 from planner.correction import DIRECTION_ENDOSCOPE
 from planner.instruction import Instruction
-from planner.task import Task
+from planner.procedure.task import Task
 from tissue_sim.frames import Array
 from tissue_sim.sensing.observation import Observation
 from tissue_sim.tools.arms import RIGHT_ARM

@@ -13,9 +13,10 @@ from dataclasses import replace
 from planner.base import Planner, hears_of_success
 from planner.instruction import Instruction
 from planner.policy_setup import PolicySetup, is_privileged
+from planner.procedure.cholecystectomy import GRAB
+from planner.procedure.task import Task
 from planner.rules.rule_use import RuleUse, rule_uses_of
 from planner.rules.task_gate import TaskClock, gate_task
-from planner.task import GRAB, Task
 from tissue_sim.sensing.observation import Observation
 
 

@@ -3,7 +3,7 @@
 from typing import Protocol, TypeVar
 
 from planner.instruction import Instruction
-from planner.task import Task
+from planner.procedure.task import Task
 
 PLANNING_PERIOD_S = 1.0  # of simulated time, from one request to the planner to the next
 PATIENCE_S = 12.0  # a clip or a cut that has not succeeded by then is tried again

@@ -8,7 +8,8 @@ from itertools import product
 from typing import Literal
 
 from planner.correction import CORRECTIONS, Correction
-from planner.task import TASKS, Task, Tube
+from planner.procedure.cholecystectomy import TASKS
+from planner.procedure.task import Task, Tube
 
 Word = Literal["stop", "pause", "resume", "repeat", "undo", "next step", "let go"]
 Structure = Literal["duct", "artery"]

@@ -4,7 +4,8 @@ from dataclasses import dataclass
 from typing import Literal
 
 from planner.correction import CORRECTIONS, Correction, correction_from_text
-from planner.task import TASKS, Task, task_from_text
+from planner.procedure.cholecystectomy import TASKS, task_from_text
+from planner.procedure.task import Task
 
 __all__ = [
     "CALL",

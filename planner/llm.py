@@ -19,8 +19,9 @@ from planner.chat_endpoint import Endpoint, endpoint_from_environment
 from planner.correction import CORRECTIONS, Correction, correction_from_text
 from planner.instruction import Instruction
 from planner.policy_setup import PolicySetup
+from planner.procedure.cholecystectomy import GRAB, TASKS, task_from_text
+from planner.procedure.task import Task
 from planner.scene.in_words import scene_in_words
-from planner.task import TASKS, Task, task_from_text
 from tissue_sim.outcome.clip_rule import needed_m
 from tissue_sim.sensing.observation import Observation
 
@@ -75,7 +76,7 @@ class PlannerLlm:
 
     def reset(self) -> None:
         """Forget the past instructions."""
-        self._task = TASKS[0]
+        self._task = GRAB
         self._said: deque[tuple[float, str]] = deque(maxlen=REMEMBERED)
         self._confused = False
 

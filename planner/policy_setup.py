@@ -7,6 +7,8 @@ from dataclasses import dataclass
 from typing import Any, TypeVar
 
 from planner.base import PLANNING_PERIOD_S
+from planner.procedure.cholecystectomy import CHOLECYSTECTOMY
+from planner.procedure.procedure import Procedure
 from tissue_sim.constants import CONTROL_PERIOD_S
 
 Factory = TypeVar("Factory", bound=Callable[..., Any])
@@ -22,6 +24,7 @@ class PolicySetup:
         cameras: Cameras whose pictures a controller finds in `Observation.images`.
         control_period_s: Time from one action to the next.
         planning_period_s: Time from one call of the planner to the next.
+        procedure: The procedure of the episode.
     """
 
     seed: int = 0
@@ -29,6 +32,7 @@ class PolicySetup:
     cameras: tuple[str, ...] = ()
     control_period_s: float = CONTROL_PERIOD_S
     planning_period_s: float = PLANNING_PERIOD_S
+    procedure: Procedure = CHOLECYSTECTOMY
 
     def require_cameras(self, policy: str, names: Sequence[str]) -> None:
         """Check that the pictures of these cameras are available.

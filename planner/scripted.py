@@ -1,7 +1,4 @@
-"""Define the oracle planner, and each task's criterion by the world's true state. Privileged.
-
-The planner gives the 17 tasks, each until its criterion is met.
-"""
+"""Define the oracle planner, which gives each task until its true criterion is met. Privileged."""
 
 from __future__ import annotations
 
@@ -9,19 +6,13 @@ from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
 from planner.base import MOST_TRIES, PATIENCE_S, failed_too_often
-from planner.instruction import TASKS, Instruction, Task
+from planner.instruction import Instruction
 from planner.policy_setup import PolicySetup, privileged
-from tissue_sim.outcome.clip_rule import USUAL_CLIPS, clips_needed
-from tissue_sim.outcome.predicates import (
-    clip_placed,
-    gallbladder_grasped,
-    gallbladder_held,
-    right_arm_back,
-    tube_cut,
-    tube_severed,
-    untouched,
-)
-from tissue_sim.outcome.room import why_call
+from planner.procedure.cholecystectomy import CHOLECYSTECTOMY
+from planner.procedure.outcomes import is_needed, task_over, why_call
+from planner.procedure.procedure import Procedure
+from planner.procedure.task import Task
+from tissue_sim.outcome.predicates import gallbladder_held, right_arm_back, untouched
 from tissue_sim.sensing.observation import Observation
 
 if TYPE_CHECKING:
@@ -41,14 +32,21 @@ class PlannerScripted:
     privileged = True
 
     def __init__(
-        self, world: World, order: Sequence[Task] = TASKS, *, hears_of_success: bool = True
+        self,
+        world: World,
+        procedure: Procedure = CHOLECYSTECTOMY,
+        *,
+        order: Sequence[Task] = (),
+        hears_of_success: bool = True,
     ) -> None:
-        """Take the tasks in `order`: the grab first, and a retraction after each clip or cut.
+        """Take a procedure, and perhaps another order of its tasks.
 
-        Without `hears_of_success` the planner is asked as often as an unprivileged planner.
+        In any order a grab comes first, and a retraction comes after each clip or cut. Without
+        `hears_of_success` the planner is asked as often as an unprivileged planner.
         """
         self.hears_of_success = hears_of_success
-        self._world, self._order = world, tuple(order)
+        self._world, self._procedure = world, procedure
+        self._order = tuple(order) or procedure.tasks
         self.reset()
 
     def reset(self) -> None:
@@ -67,7 +65,7 @@ class PlannerScripted:
                 self._tries += 1
                 self._backing_off, self._since_s = False, now_s
                 self._index = 0 if self._slipped() else self._index
-        elif self._is_over(task):
+        elif task_over(task, self._world):
             self._index, self._since_s, self._tries = self._next_to_do(), now_s, 1
         elif task.is_deed:
             self._backing_off = self._slipped() or now_s - self._since_s > PATIENCE_S
@@ -78,7 +76,9 @@ class PlannerScripted:
         """Return the reason why a person must be called now; None if there is no reason."""
         if self._tries > MOST_TRIES:
             return failed_too_often(task)
-        return why_call(self._world.anatomy) if untouched(self._world) else None
+        if not untouched(self._world):
+            return None
+        return why_call(self._procedure, self._world.anatomy)
 
     def _next_to_do(self) -> int:
         """Return the next task; tasks left out, or given and still done, are skipped."""
@@ -91,52 +91,17 @@ class PlannerScripted:
     def _is_skipped(self, at: int) -> bool:
         task = self._order[at]
         given_before = at < self._furthest
-        return (given_before and self._is_over(task)) or not is_needed(task, self._world)
-
-    def _is_over(self, task: Task) -> bool:
-        """Return whether a task is done or cannot be repeated: a severed tube is not cut again."""
-        severed = task.kind == "cut" and tube_severed(self._world, structure_of(task, self._world))
-        return severed or task_done(task, self._world)
+        over = given_before and task_over(task, self._world)
+        return over or not is_needed(task, self._world)
 
     def _slipped(self) -> bool:
         """Return whether the grasper lost the gallbladder; after a cut it is not grasped again."""
+        if not self._order[0].grasps:
+            return False
         return not gallbladder_held(self._world) and not self._world.record.cuts
 
 
 @privileged
 def make(setup: PolicySetup, world: World) -> PlannerScripted:
-    """Return the scripted planner, which does not use its setup."""
-    del setup
-    return PlannerScripted(world)
-
-
-# Criteria, by the world's outcome predicates
-
-
-def task_done(task: Task, world: World) -> bool:
-    """Return whether the world's state meets the task's success criterion now."""
-    if task.kind == "grab":
-        return gallbladder_grasped(world)
-    if task.goes_back:
-        return right_arm_back(world)
-    structure = structure_of(task, world)
-    if task.kind == "cut":
-        return tube_cut(world, structure)
-    return clip_placed(world, structure, task.clip or 1)
-
-
-def is_needed(task: Task, world: World) -> bool:
-    """Return whether the procedure on this patient has the task.
-
-    A tube without room for three clips gets the first, which stays in the patient, and the third,
-    on the gallbladder's side of the cut.
-    """
-    if task.clip in (None, USUAL_CLIPS):
-        return True
-    tube = structure_of(task, world)
-    return task.clip < clips_needed(tube, world.tubes.length_m[tube])
-
-
-def structure_of(task: Task, world: World) -> str:
-    """Return the structure ("duct", "artery") of the task's tube in this patient, or ""."""
-    return world.anatomy.structure(task.tube) if task.tube else ""
+    """Return the scripted planner of the setup's procedure."""
+    return PlannerScripted(world, setup.procedure)

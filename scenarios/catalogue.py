@@ -3,13 +3,18 @@
 A planner, controller or sense is listed with the path of its factory, and with what it needs.
 """
 
+from __future__ import annotations
+
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pkgutil import resolve_name
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from scenarios.perturbation.perturbation import Perturbation
 from scenarios.perturbation.perturbations import PERTURBATIONS, PICTURES, SENSING
+
+if TYPE_CHECKING:
+    from planner.procedure.procedure import Procedure
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -67,6 +72,7 @@ class PolicyEntry:
         pictures: Whether it observes camera pictures itself, besides the sense's observation.
         endpoint: Whether it asks an endpoint that the environment names.
         privileged: Whether it reads the hidden state.
+        any_procedure: Whether it can carry out other procedures than cholecystectomy.
     """
 
     factory: str
@@ -74,7 +80,14 @@ class PolicyEntry:
     pictures: bool = False
     endpoint: bool = False
     privileged: bool = False
+    any_procedure: bool = False
 
+
+CHOLECYSTECTOMY = "cholecystectomy"
+PROCEDURES: dict[str, str] = {
+    CHOLECYSTECTOMY: "planner.procedure.cholecystectomy:CHOLECYSTECTOMY",
+}
+"""Every procedure by its name, as MODULE:PROCEDURE."""
 
 _LEARNED = "planner.learned.network"
 _DIFFUSION = "controller.diffusion.policy"
@@ -84,7 +97,7 @@ PLANNERS: dict[str, PolicyEntry] = {
     "learned-alone": PolicyEntry(factory="planner.learned.planner:make_alone", checkpoint=_LEARNED),
     "llm": PolicyEntry(factory="planner.llm:make", endpoint=True),
     "rule": PolicyEntry(factory="planner.ablations:make"),
-    "scripted": PolicyEntry(factory="planner.scripted:make", privileged=True),
+    "scripted": PolicyEntry(factory="planner.scripted:make", privileged=True, any_procedure=True),
 }
 
 CONTROLLERS: dict[str, PolicyEntry] = {
@@ -92,8 +105,10 @@ CONTROLLERS: dict[str, PolicyEntry] = {
     "diffusion-alone": PolicyEntry(
         factory="controller.diffusion.controller:make_alone", checkpoint=_DIFFUSION
     ),
-    "idle": PolicyEntry(factory="controller.holding:ControllerIdle"),
-    "expert": PolicyEntry(factory="controller.expert.controller:make", privileged=True),
+    "idle": PolicyEntry(factory="controller.holding:ControllerIdle", any_procedure=True),
+    "expert": PolicyEntry(
+        factory="controller.expert.controller:make", privileged=True, any_procedure=True
+    ),
     "pixels": PolicyEntry(
         factory="controller.pixels.controller:make",
         checkpoint="controller.pixels.policy",
@@ -147,7 +162,24 @@ SENSES: dict[str, SenseEntry] = {
 
 def policy_named(name: str) -> PolicyEntry:
     """Return the policy of a short name, or the outside one of MODULE:FACTORY."""
-    return (PLANNERS | CONTROLLERS).get(name) or PolicyEntry(factory=name)
+    return (PLANNERS | CONTROLLERS).get(name) or PolicyEntry(factory=name, any_procedure=True)
+
+
+def procedure_named(name: str) -> Procedure:
+    """Return the procedure of a short name, or the outside one of MODULE:PROCEDURE.
+
+    Raises:
+        ValueError: There is no such procedure.
+    """
+    from planner.procedure.procedure import Procedure
+
+    try:
+        procedure = resolve_name(PROCEDURES.get(name, name))
+    except (ImportError, AttributeError, ValueError) as error:
+        raise ValueError(f"{name}: {error}") from None
+    if not isinstance(procedure, Procedure):
+        raise ValueError(f"{name}: it is a {type(procedure).__name__}, not a Procedure")
+    return procedure
 
 
 def sense_named(name: str) -> SenseEntry:

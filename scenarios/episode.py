@@ -22,11 +22,13 @@ from controller.holding import Holding
 from controller.kept_place import KeptPlace
 from controller.tool_place import ToolPlace
 from planner.base import PLANNING_PERIOD_S, Planner, hears_of_success
-from planner.instruction import TASKS, Instruction
+from planner.command import TUBES
+from planner.instruction import Instruction
 from planner.language.reading import Reading
 from planner.person.override import PlannerOverridden
+from planner.procedure.outcomes import structure_of, task_done
 from planner.scene.predicates import is_back
-from planner.scripted import structure_of, task_done
+from scenarios.catalogue import procedure_named
 from scenarios.loop.episode_config import EpisodeConfig
 from scenarios.loop.guarded_driver import GuardedDriver
 from scenarios.loop.person.guided_arm import GuidedArm
@@ -56,6 +58,7 @@ class Episode:
         observation: The latest observation.
         inbox: Queue of people's input to the episode.
         effects: The perturbations of the episode.
+        procedure: The tasks, and what follows what.
         tasks: The record of the tasks so far.
         exchange_s: Simulated time of tool exchanges so far.
         guarded_driver: Takes actions through driver and safety filter.
@@ -74,7 +77,8 @@ class Episode:
 
     def __post_init__(self) -> None:
         self._clock = StageClock()
-        self.tasks = TaskRecord(self.world)
+        self.procedure = procedure_named(self.config.procedure)
+        self.tasks = TaskRecord(self.world, self.procedure)
         self.acts = ActTime(self.config.act_limit_s)
         self.guarded_driver = GuardedDriver(
             self.world,
@@ -86,7 +90,9 @@ class Episode:
         self._pictures = Pictures(self.config.cameras)
         self._begun = False
         self._back_since_s = math.inf  # all is cut and the arm is back
-        self._instruction = Instruction(task=TASKS[0])  # until the planner's first plan
+        self._instruction = Instruction(
+            task=self.procedure.tasks[0]
+        )  # until the planner's first plan
         self._chunk: deque[ToolAction] = deque()
         self._guided: GuidedArm | None = None  # a person leads this arm now
         self._heard: list[Heard] = []  # observers have not received these yet
@@ -123,7 +129,7 @@ class Episode:
 
     def _begin(self) -> None:
         self.controller.reset()
-        self._override = PlannerOverridden(self.planner)
+        self._override = PlannerOverridden(self.planner, self.procedure)
         self._override.reset()
         self._instruction = self._plan()
         self._begun = True
@@ -222,7 +228,7 @@ class Episode:
         """
         said, seen, kept = self._instruction, self.observation, self._kept_place
         waits = said.hold or kept.moves or kept.stays
-        needed = nurse.is_needed(seen, said.task.right_tool, clip=said.task.kind == "clip")
+        needed = nurse.is_needed(seen, said.task.right_tool, clip=said.task.places_clip)
         return needed and not waits and nurse.has_room(seen)
 
     def _exchange(self) -> Iterator[Step]:
@@ -290,14 +296,14 @@ class Episode:
     def _is_over(self, step: Step) -> bool:
         """Return whether time is out, a person is called, or all is observed to be done.
 
-        The retraction from the last cut ends only when the arm is back. In a person's order of
-        tasks, the last cut may be another one.
+        The last retraction ends only when the arm is back.
         """
         task, seen = step.instruction.task, step.observation
         too_long = self.tasks.results[task.index].time_s > self.config.task_cap_s
         if step.instruction.call or too_long or self._held_s > MOST_HELD_S:
             return True
-        ends = task.goes_back and bool(seen.severed.all()) and is_back(seen)
+        severed: dict[str, bool] = dict(zip(TUBES, seen.severed, strict=True))
+        ends = self.procedure.may_end_with(task, severed) and is_back(seen)
         self._back_since_s = min(self._back_since_s, step.time_s) if ends else math.inf
         return step.time_s - self._back_since_s >= STAYS_BACK_S - 1e-9
 

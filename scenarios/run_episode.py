@@ -11,8 +11,9 @@ from pathlib import Path
 from controller.base import Controller
 from planner.base import Planner
 from planner.policy_setup import is_privileged
+from planner.procedure.outcomes import why_call
 from planner.rules.rule_use import rule_uses_of
-from scenarios.catalogue import SCENARIOS, sense_named
+from scenarios.catalogue import SCENARIOS, procedure_named, sense_named
 from scenarios.episode import Episode
 from scenarios.loop.episode_config import EpisodeConfig
 from scenarios.loop.motion_metrics import MotionMetrics
@@ -33,7 +34,6 @@ from scenarios.perturbation.effects import Effects
 from tissue_sim.outcome.margins import margins
 from tissue_sim.outcome.predicates import stumps_hold, untouched
 from tissue_sim.outcome.retention import pull_all_clips
-from tissue_sim.outcome.room import why_call
 from tissue_sim.patient.anatomy import Anatomy
 from tissue_sim.patient.variants import patient_of
 from tissue_sim.sensing.observation import Observation
@@ -101,6 +101,7 @@ def begin(
     effects = effects or Effects(config.perturbations, config.seed)
     if config.instruct is not None:
         inbox.arrange(read_script(Path(config.instruct)))
+    procedure_named(config.procedure)  # its module may bring instruments, which the world mounts
     render = render or sense_named(config.sense).renders or bool(config.cameras)
     world = patient_on_table(config, effects, render=render)
     sense = make_sense(config, effects)
@@ -141,6 +142,7 @@ def result_of(episode: Episode, start_s: float) -> EpisodeResult:
     policies = {"planner": episode.planner, "controller": episode.controller}
     return EpisodeResult(
         scenario=config.scenario,
+        procedure=config.procedure,
         seed=config.seed,
         planner=config.planner,
         controller=config.controller,
@@ -198,7 +200,7 @@ def _call(episode: Episode) -> CallResult | None:
     return CallResult(
         reason=said.remark,
         in_time=untouched(world),
-        needed=why_call(world.anatomy) is not None,
+        needed=why_call(episode.procedure, world.anatomy) is not None,
     )
 
 

@@ -22,6 +22,7 @@ KNOW_THE_WORLD = (  # expert and scripted planner, and the robot's own driver an
     "controller.expert",
     "controller.links",
     "controller.safety",
+    "planner.procedure.outcomes",
     "planner.scripted",
 )
 OPEN_TO_ALL = (  # modules of the simulator: observations, the robot, and constants

@@ -10,14 +10,14 @@ import torch
 from numpy.typing import NDArray
 
 from tissue_sim.frames import Array
-from tissue_sim.tools.instruments import INSTRUMENTS
+from tissue_sim.tools.instruments import INSTRUMENTS, right_tools
 from tissue_sim.tools.psm import joint_limits
 
 JOINT_TARGETS = "joint_targets"
 JOINT_TARGETS_AND_TOOL = "joint_targets_and_tool"
 N_JOINTS = 14
 N_NUMBERS = {JOINT_TARGETS: N_JOINTS, JOINT_TARGETS_AND_TOOL: N_JOINTS + 1}  # per action, by mode
-REQUESTS = (None, "clip_applier", "scissors")  # meaning of the last number, rounded
+REQUESTS = (None, *right_tools())  # meaning of the last number, rounded
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -30,10 +30,15 @@ class EnvironmentAction:
 
 def action_limits(control_mode: str) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
     """Return the lowest and highest numbers of an action, over all tools of each arm."""
-    right = [INSTRUMENTS["clip_applier"], INSTRUMENTS["scissors"]]
-    arms = ([INSTRUMENTS["grasper"]], right)
     limits = [
-        np.stack([np.vstack([joint_limits(t), t.jaw_range_rad]) for t in tools]) for tools in arms
+        np.stack(
+            [
+                np.vstack([joint_limits(tool), tool.jaw_range_rad])
+                for tool in INSTRUMENTS.values()
+                if tool.arm == arm
+            ]
+        )
+        for arm in ("left", "right")
     ]
     low = np.concatenate([tools[:, :, 0].min(axis=0) for tools in limits])
     high = np.concatenate([tools[:, :, 1].max(axis=0) for tools in limits])

@@ -57,6 +57,7 @@ from tissue_sim.sensing.segmentation import CLASSES, classes_of_entities
 from tissue_sim.state_tensors import flat, state_from_tensors, state_to_tensors
 from tissue_sim.tools.arms import RIGHT_ARM, JointCommand
 from tissue_sim.tools.drives import physics_system
+from tissue_sim.tools.instruments import INSTRUMENTS, SCISSORS
 from tissue_sim.world import World, WorldConfig
 
 ENVIRONMENT_ID = "Calot-Cholecystectomy-v1"
@@ -329,7 +330,7 @@ class CholecystectomyEnv(BaseEnv):
         """Advance the world by one control step; without an action, towards the last targets."""
         if action is not None:
             asked = read_action(action, self.control_mode)
-            clip = asked.tool == "clip_applier"
+            clip = asked.tool is not None and INSTRUMENTS[asked.tool].deed == "clip"
             if asked.tool and nurse.is_needed(self._observation, asked.tool, clip=clip):
                 self.equip(asked.tool)
             self._targets = asked.joints
@@ -348,7 +349,7 @@ class CholecystectomyEnv(BaseEnv):
             "tips_endoscope": _row(now.tips_endoscope[:, :3]),
             "forces_n": _row(now.forces_n),
             "clip_loaded": _row([now.clip_loaded]),
-            "scissors": _row([now.tools[RIGHT_ARM] == "scissors"]),
+            "scissors": _row([now.tools[RIGHT_ARM] == SCISSORS]),
         }
         return extra | _exact_tissue(now) if self.obs_mode_struct.use_state else extra
 

@@ -30,6 +30,7 @@ from tissue_sim.surgery.events import record_step
 from tissue_sim.surgery.record import Conditions, Record
 from tissue_sim.tools.arms import HOME_JOINTS, RIGHT_ARM, Arms, JointCommand
 from tissue_sim.tools.drives import physics_system
+from tissue_sim.tools.instruments import CLIP_APPLIER, INSTRUMENTS
 from tissue_sim.world_state import copied, require_state
 
 SETTLE_STEPS = 45
@@ -111,7 +112,7 @@ class World(Field):
         self.body = Body(self.scene, self.tissue, self.organ)
         self._liver = self.body.liver
         self.conditions = Conditions()
-        self.arms.mount("clip_applier")
+        self.arms.mount(CLIP_APPLIER)
         self.arms.set_joints(np.tile(HOME_JOINTS, (2, 1)))
         self._target = self.arms.joints
         self.wrenches = _NO_WRENCHES
@@ -203,7 +204,9 @@ class World(Field):
         self._require_patient()
         self.arms.mount(instrument)
         self.record = replace(
-            self.record, clip_loaded=instrument == "clip_applier", jaws_opened=False
+            self.record,
+            clip_loaded=INSTRUMENTS[instrument].deed == "clip",
+            jaws_opened=False,
         )
         self._place_tools()
 

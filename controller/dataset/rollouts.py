@@ -14,7 +14,7 @@ from controller.dataset.dataset_episode import DatasetEpisode
 from controller.dataset.reader import COPIES, read_episodes, sensed_copy
 from planner.correction import CORRECTIONS
 from planner.learned.rollout import NOT_SAID, Rollout
-from planner.task import TASKS
+from planner.procedure.cholecystectomy import TASKS
 
 COLUMNS = ("privileged.state", "task_index", "task", "flag", "correction", "seed")
 OTHER_ORDERS = ("order", "turns")  # of tubes, by an instruction that the planner cannot know

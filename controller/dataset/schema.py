@@ -10,7 +10,7 @@ import pyarrow as pa
 
 from controller.action import ACTION_SIZE
 from planner.correction import CORRECTIONS
-from planner.task import TASKS
+from planner.procedure.cholecystectomy import TASKS
 from tissue_sim.constants import CONTROL_HZ
 from tissue_sim.sensing.observation import ENCODED, VECTOR_LAYOUT, VECTOR_SIZE
 

@@ -14,7 +14,7 @@ from controller.expert.motion import Goal, chunk_towards
 from controller.expert.skills import Phase, lacks_clip, skill
 from planner.instruction import Instruction
 from planner.policy_setup import PolicySetup, privileged
-from planner.task import Task
+from planner.procedure.task import Task
 from tissue_sim.frames import Array
 from tissue_sim.sensing.observation import Observation
 from tissue_sim.tools.arms import LEFT_ARM, RIGHT_ARM

@@ -10,7 +10,7 @@ import numpy as np
 from tissue_sim.frames import Array, inverse_pose, transform
 from tissue_sim.patient.at_risk import AT_RISK
 from tissue_sim.patient.mesher import subdivide
-from tissue_sim.tools.instruments import INSTRUMENTS, MOUTHS, PATCH_LINKS
+from tissue_sim.tools.instruments import INSTRUMENTS, PATCH_LINKS
 
 if TYPE_CHECKING:
     from tissue_sim.world import World
@@ -23,7 +23,7 @@ N_LINK = len(PATCH_LINKS)
 
 def sac_room_m(world: World, T_world_tool: Array, tool: str, opening_rad: float) -> float:
     """Return the gap from the open jaws' outer faces to the gallbladder; negative if inside."""
-    reach_m, width_m = MOUTHS[tool]
+    reach_m, width_m = INSTRUMENTS[tool].mouth_m
     sac = world.tissue.positions()[world.organ.sac_rings.ravel()].astype(float)
     x, y, z = transform(inverse_pose(T_world_tool), sac).T
     before = (np.abs(x) < 0.5 * width_m + SAC_MARGIN_M) & (-reach_m < z) & (z < 0.0)
@@ -74,7 +74,7 @@ def catches_another(
     world: World, tube: str, T_world_tool: Array, tool: str, opening_rad: float
 ) -> bool:
     """Return whether the middle of another tube, or of its stump, lies within the open jaws."""
-    reach_m, _ = MOUTHS[tool]
+    reach_m, _ = INSTRUMENTS[tool].mouth_m
     others = [
         world.tubes.crossing(other, T_world_tool, reach_m, half_gap_m=np.inf)
         for other in world.organ.tubes

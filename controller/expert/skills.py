@@ -23,8 +23,9 @@ from controller.expert.targets import (
     spread_direction,
     taut,
 )
-from planner.scripted import structure_of
-from planner.task import Task
+from planner.procedure.outcomes import structure_of
+from planner.procedure.task import Task
+from planner.procedure.task_kind import entry_of
 from tissue_sim.frames import Array, inverse_pose, transform
 from tissue_sim.outcome.predicates import (
     gallbladder_held,
@@ -37,7 +38,7 @@ from tissue_sim.outcome.predicates import (
 from tissue_sim.surgery.abuses import stab_m
 from tissue_sim.thresholds import GRASP_MIN_TRACTION_N, HELD_PINCH_N, RETRACTED_M, SPREAD_MIN_M
 from tissue_sim.tools.arms import LEFT_ARM, RIGHT_ARM
-from tissue_sim.tools.instruments import INSTRUMENTS, MOUTHS
+from tissue_sim.tools.instruments import INSTRUMENTS
 
 if TYPE_CHECKING:
     from tissue_sim.world import World
@@ -89,28 +90,60 @@ def skill(task: Task, world: World, attempt: int = 0) -> tuple[Phase, ...]:
     A further attempt (1, 2, ...) approaches the tube from another side. A gallbladder that is held
     at its proper place is not released.
     """
-    tube = structure_of(task, world)
-    opening = opening_rad(world.tubes, tube, task.right_tool) if tube else 0.0
-    if task.kind == "grab":
-        opening = grasp_opening_rad(world)
-        reach, hold_on = _grab(opening)
-        if _holds_well(world):
-            return hold_on
-        return _from_outside(LEFT_ARM, (*reach, *hold_on), opening, world)
     if lacks_clip(task, world):
-        return _retreat(opening)
-    if task.kind == "clip":
-        clip = partial(clip_pose, tube=tube, k=task.clip or 1)
-        return _close_on(world, tube, clip, opening, "clip_applier", attempt)
-    if task.kind == "cut":
-        cut = partial(cut_pose, tube=tube)
-        return _close_on(world, tube, cut, opening, "scissors", attempt)
-    return _retreat(opening)
+        return retract(task, world, attempt)
+    return entry_of(task.kind, SKILLS)(task, world, attempt)
 
 
 def lacks_clip(task: Task, world: World) -> bool:
     """Return whether the task needs a clip and the applier has none: the nurse must reload it."""
-    return task.kind == "clip" and not world.record.clip_loaded
+    return task.places_clip and not world.record.clip_loaded
+
+
+def grasp_gallbladder(task: Task, world: World, attempt: int) -> tuple[Phase, ...]:
+    """Return the phases that take hold of the gallbladder, and straighten and part the tubes."""
+    del task, attempt
+    opening = grasp_opening_rad(world)
+    reach, hold_on = _grab(opening)
+    if _holds_well(world):
+        return hold_on
+    return _from_outside(LEFT_ARM, (*reach, *hold_on), opening, world)
+
+
+def place_clip(task: Task, world: World, attempt: int) -> tuple[Phase, ...]:
+    """Return the phases that place the task's clip on its tube."""
+    tube = structure_of(task, world)
+    clip = partial(clip_pose, tube=tube, k=task.clip or 1)
+    return _close_on(world, tube, clip, _opening_rad(task, world), task.right_tool, attempt)
+
+
+def cut_tube(task: Task, world: World, attempt: int) -> tuple[Phase, ...]:
+    """Return the phases that cut the task's tube between its clips."""
+    tube = structure_of(task, world)
+    cut = partial(cut_pose, tube=tube)
+    return _close_on(world, tube, cut, _opening_rad(task, world), task.right_tool, attempt)
+
+
+def retract(task: Task, world: World, attempt: int) -> tuple[Phase, ...]:
+    """Return the phases that open the right jaws and take the arm back."""
+    del attempt
+    return _retreat(_opening_rad(task, world))
+
+
+SKILLS: dict[str, Callable[[Task, World, int], tuple[Phase, ...]]] = {
+    "grab": grasp_gallbladder,
+    "clip": place_clip,
+    "go_back": retract,
+    "cut": cut_tube,
+    "go_back_from_cut": retract,
+}
+"""The skill of each kind of task: its phases, from the task, the world, and the attempt."""
+
+
+def _opening_rad(task: Task, world: World) -> float:
+    """Return the jaw opening that barely clears the task's tube; shut for a task on no tube."""
+    tube = structure_of(task, world)
+    return opening_rad(world.tubes, tube, task.right_tool) if tube else 0.0
 
 
 def _from_outside(
@@ -147,17 +180,17 @@ def among_tissue(arm: int, world: World) -> bool:
 def _grab(opening: float) -> tuple[tuple[Phase, ...], tuple[Phase, ...]]:
     """Return the phases until the jaws are astride the gallbladder, and the later phases."""
     arm = LEFT_ARM
-    stand = _go(
+    stand = go_to(
         arm,
         "in front of the infundibulum",
         lambda w: before(grasp_pose(w), STANDOFF_M),
         opening,
     )
-    astride = _go(arm, "astride the infundibulum", grasp_pose, opening, speed_m_s=NEAR_SPEED_M_S)
+    astride = go_to(arm, "astride the infundibulum", grasp_pose, opening, speed_m_s=NEAR_SPEED_M_S)
     close = Phase(name="close until it is firm", arm=arm, goal=_pinch, done=_pinched)
     pull = Phase(name="pull the tubes straight", arm=arm, goal=_pull, done=_pulled)
     part = Phase(name="spread the tubes", arm=arm, goal=_spread, done=_is_spread)
-    return (stand, astride), (close, pull, part, _stay(arm))
+    return (stand, astride), (close, pull, part, stay(arm))
 
 
 def _close_on(
@@ -191,21 +224,21 @@ def _close_on(
         goal=partial(_draw, tube),
         done=partial(_drawn, tube),
     )
-    stand = _go(arm, "in front of the tube", lambda w: before(target(w), STANDOFF_M), opening)
-    astride = _go(
+    stand = go_to(arm, "in front of the tube", lambda w: before(target(w), STANDOFF_M), opening)
+    astride = go_to(
         arm, "astride the tube", target, opening, speed_m_s=NEAR_SPEED_M_S, most_s=HELD_OFF_S
     )
     shut = Phase(name="close where it belongs", arm=arm, goal=close, done=_snapped)
     if _is_astride(world, tube, target(world), tool):
-        return astride, shut, _stay(arm)
-    return _from_outside(arm, (draw, stand, astride, shut, _stay(arm)), opening, world)
+        return astride, shut, stay(arm)
+    return _from_outside(arm, (draw, stand, astride, shut, stay(arm)), opening, world)
 
 
 def _is_astride(world: World, tube: str, T_world_tool: Array, tool: str) -> bool:
     """Return whether the right jaws stand open about this tube alone, near a pose."""
     T, jaw_rad = world.arms.T_world_tool()[RIGHT_ARM], float(world.arms.joints[RIGHT_ARM, 6])
     off_m, off_rad = distance(T, T_world_tool)
-    crossing = world.tubes.crossing(tube, T, MOUTHS[tool][0], half_gap_m=np.inf)
+    crossing = world.tubes.crossing(tube, T, INSTRUMENTS[tool].mouth_m[0], half_gap_m=np.inf)
     if off_m > ASTRIDE_M or off_rad > ASTRIDE_RAD or crossing is None:
         return False
     finger_m = 2.0 * INSTRUMENTS[tool].finger_half_thickness_m
@@ -247,7 +280,7 @@ def _retreat(opening: float) -> tuple[Phase, ...]:
         goal=_further_back,
         done=lambda w, time_s: right_arm_back(w, BACK_M) or time_s > PHASE_MAX_S,
     )
-    return (*_go_back(RIGHT_ARM, opening), further, _stay(RIGHT_ARM))
+    return (*_go_back(RIGHT_ARM, opening), further, stay(RIGHT_ARM))
 
 
 def _further_back(world: World, start: Array) -> Goal:
@@ -256,7 +289,7 @@ def _further_back(world: World, start: Array) -> Goal:
     return Goal(T_world_tool=T, speed_m_s=NEAR_SPEED_M_S)
 
 
-def _go(
+def go_to(
     arm: int,
     name: str,
     target: Callable[[World], Array],
@@ -264,7 +297,16 @@ def _go(
     speed_m_s: float = FREE_SPEED_M_S,
     most_s: float = PHASE_MAX_S,
 ) -> Phase:
-    """Return a phase that moves to a target; the target is updated as the tissue moves."""
+    """Return a phase that moves to a target; the target is updated as the tissue moves.
+
+    Args:
+        arm: The arm that moves.
+        name: Name of the phase.
+        target: Function from the world to the goal (4, 4), world frame.
+        jaw_rad: Opening of the jaws.
+        speed_m_s: Speed of the tip.
+        most_s: Time after which the phase ends short of its target.
+    """
 
     def arrived(world: World, time_s: float) -> bool:
         off_m, off_rad = distance(world.arms.T_world_tool()[arm], target(world))
@@ -282,7 +324,8 @@ def _snapped(world: World, time_s: float) -> bool:
     return not world.record.jaws_opened or time_s > CLOSE_MAX_S
 
 
-def _stay(arm: int) -> Phase:
+def stay(arm: int) -> Phase:
+    """Return a phase that never ends, in which an arm holds still."""
     return Phase(name="stay", arm=arm, goal=lambda *_: Goal(), done=lambda *_: False)
 
 

@@ -25,10 +25,11 @@ from tissue_sim.thresholds import CLIP_MAX_TILT_RAD, CLIP_MIN_GAP_M, CUFF_MIN_M
 from tissue_sim.tools.arms import RIGHT_ARM
 from tissue_sim.tools.instruments import (
     BLADE_LENGTH_M,
+    CLIP_APPLIER,
     CLIP_LENGTH_M,
     CLIP_WIDTH_M,
+    GRASPER,
     INSTRUMENTS,
-    MOUTHS,
 )
 
 if TYPE_CHECKING:
@@ -61,7 +62,7 @@ def grasp_pose(world: World) -> Array:
 def grasp_opening_rad(world: World) -> float:
     """Return the jaw opening that passes the infundibulum at the place of the grasp."""
     _, radius_m = grasped_ring(world)
-    hinge_m = INSTRUMENTS["grasper"].yaw_to_tip_m - 0.5 * radius_m - GRASP_BEYOND_M
+    hinge_m = INSTRUMENTS[GRASPER].yaw_to_tip_m - 0.5 * radius_m - GRASP_BEYOND_M
     return max(GRASP_OPEN_RAD, 2.0 * float(np.arctan((radius_m + GRASP_ROOM_M) / hinge_m)))
 
 
@@ -115,9 +116,9 @@ def belongs_here(world: World, tube: str, T_world_tool: Array) -> bool:
     The filter may have held the tool off its place; a clip or a cut beside the place is of no use.
     """
     clips_m = np.array(clips_at_m(world, tube))
-    clips = world.arms.mounted[RIGHT_ARM].name == "clip_applier"
-    reach_m = CLIP_LENGTH_M if clips else BLADE_LENGTH_M
-    crossing = world.tubes.crossing(tube, T_world_tool, reach_m)
+    tool = world.arms.mounted[RIGHT_ARM]
+    clips = tool.deed == "clip"
+    crossing = world.tubes.crossing(tube, T_world_tool, tool.mouth_m[0])
     if crossing is None or crossing.tilt_rad > CLIP_MAX_TILT_RAD:
         return False
     between_m = CLIP_WIDTH_M + CLIP_MIN_GAP_M if clips else 0.5 * CLIP_WIDTH_M + CUFF_MIN_M
@@ -139,9 +140,9 @@ def clip_stations_m(tubes: Tubes, tube: str, aside: float = 0.0) -> tuple[float,
     return tuple(map(float, stations))
 
 
-def opening_rad(tubes: Tubes, tube: str, tool: str = "clip_applier") -> float:
+def opening_rad(tubes: Tubes, tube: str, tool: str = CLIP_APPLIER) -> float:
     """Return the jaw opening that barely clears the tube, so that its neighbours stay outside."""
-    mouth_m, _ = MOUTHS[tool]
+    mouth_m, _ = INSTRUMENTS[tool].mouth_m
     reach_m = INSTRUMENTS[tool].yaw_to_tip_m - 0.5 * mouth_m
     return 2.0 * float(np.arcsin((tubes.radius_m(tube) + CLEARANCE_M) / reach_m))
 

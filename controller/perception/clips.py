@@ -15,10 +15,10 @@ from controller.perception.fusion import SAME_LOOKS, Lines
 from controller.perception.graph import Shown
 from tissue_sim.frames import Array
 from tissue_sim.sensing.glance import Glance, Picture
-from tissue_sim.sensing.observation import CLIP_APPLIER, MAX_CLIPS, TUBE_POINTS
+from tissue_sim.sensing.observation import MAX_CLIPS, TUBE_POINTS
 from tissue_sim.sensing.polyline import nearest_to_jaws, place_on
 from tissue_sim.tools.arms import RIGHT_ARM
-from tissue_sim.tools.instruments import CLIP_LENGTH_M
+from tissue_sim.tools.instruments import CLIP_APPLIER, CLIP_LENGTH_M
 
 CAUGHT_M = 0.0035  # assumed: a tube observed this near to the closed jaws is in the clip
 IN_JAWS_M = 0.0006  # assumed: how far the tube's middle lies from the jaws' mid-line

@@ -10,10 +10,10 @@ from controller.perception.evidence import find, in_frame
 from controller.perception.fusion import Lines
 from controller.perception.graph import Shown
 from tissue_sim.sensing.glance import Glance, Picture
-from tissue_sim.sensing.observation import SCISSORS, TUBE_POINTS
+from tissue_sim.sensing.observation import TUBE_POINTS
 from tissue_sim.sensing.polyline import nearest_to_jaws, place_on
 from tissue_sim.tools.arms import RIGHT_ARM
-from tissue_sim.tools.instruments import INSTRUMENTS
+from tissue_sim.tools.instruments import INSTRUMENTS, SCISSORS
 
 # Scissors cut with their blades 1.2 mm apart, at 0.12 rad, once they have opened. Encoders have
 # some play: near that angle pictures must confirm the cut.

@@ -5,21 +5,15 @@ from __future__ import annotations
 import numpy as np
 
 from planner.command import TUBES
+from planner.procedure.task import Tube
 from planner.scene.duct_side import structure_seen
 from planner.scene.next_task import ON_TUBE_M, clips_needed_on, clips_on
-from planner.task import Tube
 from tissue_sim.patient.at_risk import AT_RISK
-from tissue_sim.sensing.observation import (
-    MAX_CLIPS,
-    N_POINTS,
-    SCISSORS,
-    TUBE_POINTS,
-    Observation,
-)
+from tissue_sim.sensing.observation import MAX_CLIPS, N_POINTS, TUBE_POINTS, Observation
 from tissue_sim.sensing.polyline import nearest_on, nearest_to_jaws
 from tissue_sim.thresholds import CLIP_MIN_GAP_M, CUFF_MIN_M
 from tissue_sim.tools.arms import RIGHT_ARM
-from tissue_sim.tools.instruments import CLIP_WIDTH_M, MOUTHS
+from tissue_sim.tools.instruments import CLIP_WIDTH_M
 
 SURE = 2.0  # standard deviations of a tube's length; assumed
 UNSURE = 0.5  # standard deviations by which a clip may lie farther away; assumed
@@ -43,7 +37,7 @@ def crowded_by_clips(seen: Observation, between: frozenset[str]) -> frozenset[st
 
     A clip must be `CLIP_MIN_GAP_M` from the next clip; a cut leaves `CUFF_MIN_M` beside a clip.
     """
-    cuts = seen.tools[RIGHT_ARM] == SCISSORS
+    cuts = seen.right_instrument.deed == "cut"
     if not (cuts or seen.clip_loaded):
         return frozenset()
     least_m = 0.5 * CLIP_WIDTH_M + CUFF_MIN_M if cuts else CLIP_WIDTH_M + CLIP_MIN_GAP_M
@@ -57,8 +51,8 @@ def crowded_by_clips(seen: Observation, between: frozenset[str]) -> frozenset[st
 def _to_clip_m(tube: Tube, seen: Observation) -> float:
     """Return the possible distance of the right jaws' plane to the next clip, tube at rest, m."""
     row = TUBES.index(tube)
-    line = (seen.left_tube_m, seen.right_tube_m)[row]
-    reach_m, _ = MOUTHS[seen.tools[RIGHT_ARM]]
+    line = seen.tube_m(tube)
+    reach_m, _ = seen.right_instrument.mouth_m
     k, share, _ = nearest_to_jaws(line, seen.tips_endoscope[RIGHT_ARM], reach_m)
     clips_m = seen.clips_m[: min(seen.n_clips, MAX_CLIPS)]
     places = [nearest_on(line, clip_m) for clip_m in clips_m]

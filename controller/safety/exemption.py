@@ -10,8 +10,8 @@ from numpy.typing import NDArray
 from controller.safety.geometry.collision import OTHER_ARM, NearPairs
 from controller.safety.geometry.link_cores import FINGERS, N_LINK
 from controller.safety.obstacles import LIVER, PORT_WALL
+from planner.procedure.task import Task
 from planner.scene.duct_side import structure_seen
-from planner.task import Task
 from tissue_sim.patient.organ import TUBES
 from tissue_sim.patient.tubes import GALLBLADDER
 from tissue_sim.sensing.observation import Observation
@@ -29,7 +29,7 @@ def worked_on(task: Task, seen: Observation) -> WorkedOn:
     The left jaws work on all tubes while they grab or hold the gallbladder. The tubes are attached
     to the gallbladder and move with it.
     """
-    grasps = task.kind == "grab" or seen.pinch_n > HOLDS_N
+    grasps = task.grasps or seen.pinch_n > HOLDS_N
     meant = {structure_seen(task.tube, seen)} if task.tube else set[str]()
     return frozenset(TUBES if grasps else ()), frozenset(meant)
 

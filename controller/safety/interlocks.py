@@ -38,7 +38,7 @@ class ClipsBeforeCut:
 
     def bounds(self, situation: Situation) -> Bounds:
         bare = sorted(situation.lacking_clips)
-        cutting = situation.instruments[RIGHT_ARM].name == "scissors"
+        cutting = situation.instruments[RIGHT_ARM].deed == "cut"
         return _no_closing(bare) if cutting and bare else NO_BOUNDS
 
 
@@ -76,7 +76,7 @@ class ForbiddenByAPerson:
         forbidden = situation.instruction.forbidden
         if not forbidden:
             return NO_BOUNDS
-        act = "cut" if situation.instruments[RIGHT_ARM].name == "scissors" else "clip"
+        act = situation.instruments[RIGHT_ARM].deed
         shut = sorted(
             name for name in situation.between_jaws if {act, f"{act} {name}"} & set(forbidden)
         )

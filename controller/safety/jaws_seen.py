@@ -9,7 +9,6 @@ from tissue_sim.frames import Array, inverse_pose, transform
 from tissue_sim.patient.tubes import BETWEEN_HALF_GAP_M, GALLBLADDER, SAC_HALF_GAP_M
 from tissue_sim.sensing.observation import SAC_POINTS, TUBE_POINTS, Observation
 from tissue_sim.tools.arms import RIGHT_ARM
-from tissue_sim.tools.instruments import MOUTHS
 
 NOTHING = frozenset[str]()
 SURE = 1.0  # standard deviations; assumed
@@ -18,13 +17,15 @@ _ACROSS, _ALONG = np.linspace(-1.0, 1.0, 3), np.linspace(0.0, 1.0, 5)
 
 
 def between_jaws_seen(seen: Observation, before: frozenset[str] = NOTHING) -> frozenset[str]:
-    """Return the names of the structures that the jaws would close on.
+    """Return the names of the structures that the jaws would close on for good.
 
     If `before` names the gallbladder, its wall was between the jaws before. Then the wall counts as
     between them until it is surely out, so that the observation's flicker opens no lock.
     """
+    if seen.right_instrument.deed is None:
+        return NOTHING
     T_tool_endoscope = inverse_pose(seen.tips_endoscope[RIGHT_ARM])
-    reach_m, width_m = MOUTHS[seen.tools[RIGHT_ARM]]
+    reach_m, width_m = seen.right_instrument.mouth_m
     found = {
         name
         for name, line in lines_seen(seen).items()

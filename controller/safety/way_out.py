@@ -10,7 +10,7 @@ from __future__ import annotations
 import numpy as np
 
 from controller.safety.exemption import HOLDS_N
-from planner.task import Task
+from planner.procedure.task import Task
 from tissue_sim.frames import Array
 from tissue_sim.sensing.observation import Observation
 from tissue_sim.tools.arms import LEFT_ARM

@@ -52,7 +52,8 @@ from planner.language.rules.warning import warns, warns_anywhere, warns_mildly, 
 from planner.language.slot_heads import SlotHeads, load
 from planner.language.slots import spelt_out
 from planner.person.prohibition import Prohibition
-from planner.task import TASKS, Tube
+from planner.procedure.cholecystectomy import CHOLECYSTECTOMY
+from planner.procedure.task import Tube
 
 if TYPE_CHECKING:
     from planner.language.kind_head import Kind
@@ -464,7 +465,7 @@ def _way_back(part: str, before: Said | None) -> Said | None:
     task = before and before.command.task
     if not task or task.goes_back or task.tube is None or not _RETREAT.search(part):
         return None
-    back = TASKS[task.index].text
+    back = CHOLECYSTECTOMY.after(task).text
     if before and before.command.structure:
         back = back.replace("left tube", before.command.structure)
     return Said(command=COMMANDS[back])

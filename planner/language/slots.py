@@ -26,7 +26,7 @@ def slots(command: Command) -> dict[str, str]:
     """Return a command's slots: kind, arm, tube or structure, and direction or clip, if any."""
     said = {"kind": command.word or command.deed}
     if task := command.task:
-        kind = "cut_position" if task.kind == "cut" else task.kind
+        kind = "cut_position" if task.severs else task.kind
         said = {"kind": kind, "tube": task.tube, "what": task.clip and str(task.clip)}
     elif correction := command.correction:
         kind = correction.jaw or "move"

@@ -11,8 +11,8 @@ import torch
 from torch import Tensor
 
 from planner.correction import CORRECTIONS
+from planner.procedure.cholecystectomy import TASKS
 from planner.scene.next_task import RATHER_MORE
-from planner.task import TASKS
 from tissue_sim.outcome.clip_rule import FEWEST_CLIPS, USUAL_CLIPS, needed_m
 from tissue_sim.sensing.observation import fields
 from tissue_sim.sensing.tissue_features import (

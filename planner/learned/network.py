@@ -16,7 +16,7 @@ from planner.correction import CORRECTIONS
 from planner.learned.features import N_CORRECTIONS, N_TASKS, seen_features, time_features
 from planner.learning.checkpoint import Checkpoints
 from planner.learning.networks import MAX_DEVIATIONS, MIN_DEVIATION, Layers, SomeSteps, Width
-from planner.task import TASKS
+from planner.procedure.cholecystectomy import TASKS
 from tissue_sim.constants import WORLD_VERSION
 from tissue_sim.sensing.observation import VECTOR_SIZE
 

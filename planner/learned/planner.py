@@ -17,12 +17,12 @@ from planner.learned.features import N_CORRECTIONS, N_TASKS
 from planner.learned.network import CHECKPOINTS, Moments, PlannerNetwork
 from planner.learning.networks import one_thread
 from planner.policy_setup import PolicySetup
+from planner.procedure.cholecystectomy import CHOLECYSTECTOMY, GRAB
 from planner.rules.anatomy_gate import AnatomyGate
 from planner.rules.call_gates import STANDSTILL, UNSEEN, SightGate, StandstillGate
 from planner.rules.rule_use import ANY, RuleCounts, RuleUse
 from planner.rules.task_gate import TaskClock, gate_task
 from planner.scene.predicates import is_low
-from planner.task import GRAB
 from tissue_sim.sensing.observation import Observation
 from tissue_sim.sensing.rest_frame import RestFrame
 
@@ -114,7 +114,7 @@ class PlannerLearned:
         uneasy, self._uneasy = self._uneasy, fails > self._network.alarm.item()
         given = sum(moment.correction != N_CORRECTIONS for moment in self._moments)
         flagged = opinion.flag.sigmoid().item() > FLAG_ABOVE
-        opens_first = task == GRAB and is_low(observation)
+        opens_first = task.grasps and is_low(observation)
         wanted = flagged and given < MOST_CORRECTIONS and not opens_first
         self._rules.note("limit of corrections", changed=flagged and not wanted)
         self._correction = int(opinion.correction.argmax()) if wanted else N_CORRECTIONS
@@ -183,7 +183,7 @@ class PlannerLearned:
             self._task, self._uneasy = task, False
             self._clock.begin()
             self._tries[task] += TASKS[task].is_deed
-            self._has_cut |= TASKS[task].kind == "go_back_from_cut"
+            self._has_cut |= _comes_from_cut(TASKS[task])
 
     def _stacked(self) -> Moments:
         """Return the remembered moments; copies of the first, marked unknown, fill the start."""
@@ -196,6 +196,11 @@ class PlannerLearned:
             correction=torch.tensor([[row.correction for row in rows]]),
             since_s=torch.tensor([[row.since_s for row in rows]]),
         )
+
+
+def _comes_from_cut(task: Task) -> bool:
+    """Return whether a task is the retraction from a cut."""
+    return task.goes_back and CHOLECYSTECTOMY.before(task).severs
 
 
 def load_planner(checkpoint: str | Path | None = None, *, alone: bool = False) -> PlannerLearned:

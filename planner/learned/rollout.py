@@ -15,7 +15,7 @@ from torch import Tensor
 from planner.base import PLANNING_PERIOD_S
 from planner.learned.features import N_CORRECTIONS, N_TASKS
 from planner.learned.network import Moments
-from planner.task import TASKS
+from planner.procedure.cholecystectomy import TASKS
 from tissue_sim.constants import CONTROL_HZ
 from tissue_sim.sensing.rest_frame import at_rest, fixed_m
 

@@ -10,8 +10,9 @@ from planner.person import findings
 from planner.person.findings import Asked, counts, within_mm
 from planner.person.premises import REASONS, Claim, denial
 from planner.person.readiness import safe
-from planner.person.remaining import left
-from planner.scene.next_task import next_of_all
+from planner.person.remaining import left, tasks_left
+from planner.procedure.cholecystectomy import CHOLECYSTECTOMY
+from planner.procedure.procedure import Procedure
 from planner.scene.predicates import has_slipped
 from tissue_sim.sensing.observation import MAX_CLIPS, N_LINE, Observation
 
@@ -22,13 +23,15 @@ def answer(
     seen: Observation,
     about: Thing | None = None,
     claims: Sequence[Claim] = (),
+    procedure: Procedure = CHOLECYSTECTOMY,
 ) -> str:
     """Return the answer in a few short sentences, with a denial of wrong claims."""
     if wrong := denial(claims, instruction.task, seen):
         return wrong
     if question == "why" and claims:
         return " ".join(REASONS[claim.claimed] for claim in claims)
-    return ANSWERS[question](Asked(instruction=instruction, seen=seen, about=about))
+    asked = Asked(instruction=instruction, seen=seen, procedure=procedure, about=about)
+    return ANSWERS[question](asked)
 
 
 def doing_in_words(instruction: Instruction) -> str:
@@ -55,7 +58,7 @@ def _why(asked: Asked) -> str:
         return "Because a person asked for it."
     if instruction.correction is not None:
         return f"Because {instruction.task.text!r} seems to go wrong without it."
-    if instruction.task.kind == "grab":
+    if instruction.task.grasps:
         return "Because the gallbladder has to be held before anything is clipped."
     if instruction.task.goes_back:
         return "Because the right arm has to be clear before the next step."
@@ -63,17 +66,19 @@ def _why(asked: Asked) -> str:
 
 
 def _next(asked: Asked) -> str:
-    task = next_of_all(asked.seen)
-    return (
-        f"Next that is not done: {task.text}." if task else "Both tubes are cut: the arm goes back."
-    )
+    left = tasks_left(asked.instruction.task, asked.seen, asked.procedure)
+    task = next((task for task in left if not (task.grasps or task.goes_back)), None)
+    if task is not None:
+        return f"Next that is not done: {task.text}."
+    done = "Both tubes are cut" if asked.seen.severed.all() else "All else is done"
+    return f"{done}: the arm goes back."
 
 
 def _wrong(asked: Asked) -> str:
     instruction = asked.instruction
     if instruction.call:
         return f"Something is wrong: {_sentence(instruction.remark)}"
-    if has_slipped(asked.seen) and instruction.task.kind != "grab":
+    if has_slipped(asked.seen) and not instruction.task.grasps:
         return "Something is wrong: the grasper does not hold the gallbladder."
     if (judged := instruction.assessment) is not None:
         chance = f"I give this task a chance of failure of {judged.failure_chance:.0%}."

@@ -16,9 +16,10 @@ from planner.person.prohibition import (
     unmeant_in_words,
 )
 from planner.person.standing import Standing
+from planner.procedure.procedure import Procedure
+from planner.procedure.task import Task
 from planner.scene.next_task import NotNowError
 from planner.scene.predicates import pulls
-from planner.task import TASKS, Task
 from tissue_sim.sensing.observation import Observation
 from tissue_sim.thresholds import HELD_PINCH_N
 
@@ -138,18 +139,18 @@ def loss(order: Order, skipped: Task | None, seen: Observation) -> str:
 
 def not_done(task: Task, seen: Observation) -> str:
     """Return in words the missing part of a grab, clip or cut; "" if done, or for a retraction."""
-    if task.kind == "grab":
+    if task.grasps:
         return "" if pulls(seen) else "The grasper does not yet hold the gallbladder and pull."
-    if task.goes_back:
+    if not task.is_deed:
         return ""
-    return denial((Claim(claimed="cut" if task.kind == "cut" else "clip on"),), task, seen)
+    return denial((Claim(claimed="cut" if task.severs else "clip on"),), task, seen)
 
 
-def lacking(task: Task, seen: Observation) -> str:
+def lacking(task: Task, seen: Observation, procedure: Procedure) -> str:
     """Return in words what lacks before a cut or a retraction, by observation; "" if nothing."""
     if task.goes_back:
-        return not_done(TASKS[task.index - 2], seen)
-    unclipped = task.kind == "cut" and denial((Claim(claimed="clipped"),), task, seen)
+        return not_done(procedure.before(task), seen)
+    unclipped = task.severs and denial((Claim(claimed="clipped"),), task, seen)
     return f"{unclipped} The safety filter lets nothing be cut before." if unclipped else ""
 
 

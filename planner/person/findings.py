@@ -10,11 +10,13 @@ from planner.command import TUBES
 from planner.instruction import Instruction
 from planner.language.rules.questions import Thing
 from planner.person.premises import clips_in_words
+from planner.procedure.cholecystectomy import CHOLECYSTECTOMY
+from planner.procedure.procedure import Procedure
+from planner.procedure.task import Tube
 from planner.scene.duct_side import duct_side, from_neck_m, side_confidence, structure_seen, tube_of
 from planner.scene.in_words import way_in_words
 from planner.scene.next_task import clips_needed_on, clips_on, lying_on
 from planner.scene.predicates import has_slipped, is_low, traction_n
-from planner.task import Tube
 from tissue_sim.frames import Array
 from tissue_sim.sensing.observation import MAX_CLIPS, N_LINE, Observation
 from tissue_sim.sensing.polyline import nearest_on, place_on
@@ -32,11 +34,13 @@ class Asked:
     Attributes:
         instruction: The instruction in force.
         seen: The present observation.
+        procedure: The procedure under way.
         about: The thing that the question names; None if there is none.
     """
 
     instruction: Instruction
     seen: Observation
+    procedure: Procedure = CHOLECYSTECTOMY
     about: Thing | None = None
 
     @property
@@ -181,7 +185,7 @@ def _line(asked: Asked) -> tuple[str, Array]:
     """Return the name and the middle line of the named structure."""
     seen = asked.seen
     if asked.tube is not None:
-        return asked.name, seen.left_tube_m if asked.tube == "left" else seen.right_tube_m
+        return asked.name, seen.tube_m(asked.tube)
     at_risk = asked.about == "hepatic artery"
     return asked.about or "", seen.hepatic_artery_m if at_risk else seen.common_bile_duct_m
 

@@ -11,9 +11,11 @@ from planner.language.reading import Relative, Said
 from planner.language.rules.sizes import out_of_range
 from planner.person.orders import Order
 from planner.person.prohibition import Prohibition, act_of
+from planner.procedure.cholecystectomy import CHOLECYSTECTOMY
+from planner.procedure.procedure import Procedure
+from planner.procedure.task import Task
 from planner.scene.duct_side import duct_side, tube_of
 from planner.scene.next_task import NotNowError, next_task
-from planner.task import TASKS, Task
 from tissue_sim.sensing.observation import Observation
 
 OTHER_ARM: dict[Arm, Arm] = {"left": "right", "right": "left"}
@@ -29,6 +31,7 @@ class Moment:
         ordered: The task of the order in force; None without an order, and in a hold.
         latest: The last order, or the planner's later instruction; "repeat" and "undo" refer to it.
         corrected: The person's last order if it is a correction; "half that" refers to it.
+        procedure: The procedure under way.
         gone_m: Distance by which the last order has moved an arm, which "undo" takes back. None if
             no person's word moved an arm.
     """
@@ -39,6 +42,7 @@ class Moment:
     latest: Order
     corrected: Order | None = None
     gone_m: float | None = None
+    procedure: Procedure = CHOLECYSTECTOMY
 
 
 def order_of(said: Said, moment: Moment) -> Order:
@@ -101,7 +105,7 @@ def _to_act(command: Command, moment: Moment) -> Order:
         return _to_undo(moment)
     if command.word == "let go":
         return Order(correction=LET_GO)
-    return Order(task=_neighbour(moment.task, 1))
+    return Order(task=_neighbour(moment, moment.task, 1))
 
 
 def _to_undo(moment: Moment) -> Order:
@@ -109,7 +113,7 @@ def _to_undo(moment: Moment) -> Order:
     if latest.correction is not None:
         distance_m = latest.distance_m if moment.gone_m is None else max(moment.gone_m, 0.0)
         return replace(latest, correction=opposite(latest.correction), distance_m=distance_m)
-    return Order(task=_neighbour(latest.task or moment.task, -1))
+    return Order(task=_neighbour(moment, latest.task or moment.task, -1))
 
 
 def _require_side(said: Said, seen: Observation) -> None:
@@ -119,9 +123,8 @@ def _require_side(said: Said, seen: Observation) -> None:
         raise NotNowError(f"the {structure} is the {tube} tube here; say which you mean")
 
 
-def _neighbour(task: Task, n: int) -> Task:
+def _neighbour(moment: Moment, task: Task, n: int) -> Task:
     """Return the task n places further in the procedure."""
-    at = TASKS.index(task) + n
-    if not 0 <= at < len(TASKS):
+    if not moment.procedure.holds(task.index + n):
         raise NotNowError(f"{task.text!r} is the {'last' if n > 0 else 'first'} task")
-    return TASKS[at]
+    return moment.procedure.task(task.index + n)

@@ -7,7 +7,7 @@ from math import degrees
 
 from planner.correction import Correction
 from tissue_sim.frames import Array
-from tissue_sim.sensing.observation import SCISSORS, Observation
+from tissue_sim.sensing.observation import Observation
 from tissue_sim.thresholds import HELD_PINCH_N
 from tissue_sim.tools.arms import LEFT_ARM, RIGHT_ARM
 
@@ -64,7 +64,7 @@ def _why(
     withheld: str,
 ) -> str:
     """Return in words the known reason why jaws did not move as requested."""
-    act = "cut" if seen.tools[RIGHT_ARM] == SCISSORS else "clip"
+    act = seen.right_instrument.deed
     bans = [ban for ban in forbidden if ban.split()[0] == act]
     if said.jaw == "close" and RIGHT_ARM in arms and bans:
         return f"You forbade: {', '.join(bans)}."

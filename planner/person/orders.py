@@ -8,8 +8,10 @@ from dataclasses import dataclass
 from planner.base import MOST_TRIES, PATIENCE_S
 from planner.correction import DIRECTION_ENDOSCOPE, Correction
 from planner.person.jaws import jaws_told
-from planner.scene.predicates import is_done
-from planner.task import TASKS, Task
+from planner.procedure.cholecystectomy import CHOLECYSTECTOMY
+from planner.procedure.procedure import Procedure
+from planner.procedure.task import Task
+from planner.scene.observed_outcomes import is_done
 from tissue_sim.frames import Array
 from tissue_sim.sensing.observation import Observation
 from tissue_sim.thresholds import HELD_PINCH_N
@@ -66,8 +68,14 @@ class OrderProgress:
     wants.
     """
 
-    def __init__(self, order: Order, seen: Observation, leaving: Task | None = None) -> None:
-        self.order = order
+    def __init__(
+        self,
+        order: Order,
+        seen: Observation,
+        procedure: Procedure = CHOLECYSTECTOMY,
+        leaving: Task | None = None,
+    ) -> None:
+        self.order, self._procedure = order, procedure
         self._start_m, self._start_rad = _tips_m(seen), seen.joints[:, -1].copy()
         self._lasted_s, self._seen_s = 0.0, order.given_s
         self._stage, self._stage_s, self._held_s = leaving or order.task, 0.0, 0.0
@@ -139,7 +147,7 @@ class OrderProgress:
             return f"Not finished: {self.order.correction.text}, stopped after {self._gone(seen)}."
         task = self.order.task
         assert task is not None, "an order without a correction has a task"
-        done = self._done or (task.kind != "grab" and is_done(task, seen))
+        done = self._done or (not task.grasps and is_done(task, seen))
         return _end(task, done, "something else was said")
 
     def _gone(self, seen: Observation) -> str:
@@ -169,14 +177,14 @@ class OrderProgress:
         task, stage = self.order.task, self._stage
         assert task is not None, "an order without a correction has a task"
         assert stage is not None, "it has begun"
-        if task.kind == "grab":
+        if task.grasps:
             return self._grabbed(task, seen, passed_s)
         over = is_done(stage, seen)
         if stage == task and (over or self._stage_s > PATIENCE_S):
             self._done = over
             if task.goes_back:
                 return _end(task, over, "something is in the way")
-            self._go_on_with(TASKS[task.index])  # retract, done or for another try
+            self._go_on_with(self._procedure.after(task))  # retract, done or for another try
         elif stage != task and (over or self._stage_s > PATIENCE_S):
             self._done |= not task.goes_back and is_done(task, seen)  # observed late
             if self._done or self._tries >= MOST_TRIES:

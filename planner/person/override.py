@@ -13,7 +13,7 @@ from dataclasses import dataclass, replace
 
 from planner.base import Planner, require_instruction
 from planner.command import COMMANDS, Command
-from planner.instruction import TASKS, Instruction, Task
+from planner.instruction import Instruction, Task
 from planner.language.reading import Reading, Said
 from planner.person.answers import answer, doing_in_words
 from planner.person.confirmation import Confirmation, ConfirmError, lacking, loss, reading_of
@@ -21,6 +21,8 @@ from planner.person.interpretation import Moment, acts_of, order_of
 from planner.person.orders import Order, OrderProgress
 from planner.person.premises import denial
 from planner.person.standing import Standing
+from planner.procedure.cholecystectomy import CHOLECYSTECTOMY
+from planner.procedure.procedure import Procedure
 from planner.rules.anatomy_gate import AnatomyGate
 from planner.scene.next_task import DoneAlreadyError, NotNowError
 from planner.scene.predicates import is_back
@@ -58,9 +60,11 @@ class PlannerOverridden:
         withheld: Reason why the safety filter altered the last command; "" if it did not.
     """
 
-    def __init__(self, planner: Planner[Observation]) -> None:
+    def __init__(
+        self, planner: Planner[Observation], procedure: Procedure = CHOLECYSTECTOMY
+    ) -> None:
         """Take the planner whose instructions are in force where no person's is."""
-        self._planner = planner
+        self._planner, self._procedure = planner, procedure
         self._forget()
 
     @property
@@ -140,7 +144,14 @@ class PlannerOverridden:
             return self._told_speed(reading, observation)
         if reading.question is not None:
             now = self.in_force(observation)
-            said = answer(reading.question, now, observation, reading.about, reading.claims)
+            said = answer(
+                reading.question,
+                now,
+                observation,
+                reading.about,
+                reading.claims,
+                self._procedure,
+            )
             return Answer(instruction=None, reply=f"{said} {self._doing(observation)}")
         if wrong := denial(reading.claims, self.in_force(observation).task, observation):
             return self._contradicted(wrong, replace(reading, claims=()), observation)
@@ -314,7 +325,8 @@ class PlannerOverridden:
 
     def _begin(self, order: Order, observation: Observation, confidence: float) -> None:
         now = replace(order, given_s=observation.time_s, confidence=confidence)
-        self._progress = OrderProgress(now, observation, self._leaving(order, observation))
+        leaving = self._leaving(order, observation)
+        self._progress = OrderProgress(now, observation, self._procedure, leaving)
         self._ask_s = math.inf
         if not order.hold:
             self._latest = order
@@ -325,7 +337,7 @@ class PlannerOverridden:
         """Report missing steps before an ordered retraction, clip or cut, and doubts about it."""
         if order.correction or order.task is None or order.hold:
             return
-        self._tell(lacking(order.task, observation))
+        self._tell(lacking(order.task, observation, self._procedure))
         if not order.task.is_deed:
             return
         if (why := self._room.why_call(observation, due=True)) is not None:
@@ -337,7 +349,7 @@ class PlannerOverridden:
         among = present.tube is not None and not is_back(observation)
         if task is None or task.tube is None or task.goes_back or order.correction or not among:
             return None
-        back = present if present.goes_back else TASKS[present.index]
+        back = present if present.goes_back else self._procedure.after(present)
         return None if present == task else back
 
     def _begin_next(self, observation: Observation) -> Sequence[str]:
@@ -388,6 +400,8 @@ class PlannerOverridden:
             raise NotNowError(f"it was stopped within {STOP_WINS_S:g} s; say it again, or resume")
         moment = self._moment(observation)
         order = order_of(said, moment)
+        if order.task is not None and order.task not in self._procedure.tasks:
+            raise NotNowError(f"{self._procedure.name} has no task {order.task.text!r}")
         for act in acts_of(order, observation):
             if self.standing.forbids(act):
                 raise NotNowError(f'you forbade it; to allow it say "you may {act.in_words}"')
@@ -421,6 +435,7 @@ class PlannerOverridden:
             latest=self._latest,
             corrected=self._corrected,
             gone_m=self._gone_m if self._latest is self._corrected else None,
+            procedure=self._procedure,
         )
 
 

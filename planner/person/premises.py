@@ -7,9 +7,9 @@ from dataclasses import dataclass
 from typing import Literal
 
 from planner.command import TUBES
+from planner.procedure.task import Task, Tube
 from planner.scene.duct_side import structure_seen, tube_of
 from planner.scene.next_task import clips_needed_on, clips_on
-from planner.task import Task, Tube
 from tissue_sim.outcome.clip_rule import USUAL_CLIPS
 from tissue_sim.sensing.observation import Observation
 from tissue_sim.thresholds import HELD_PINCH_N

@@ -7,10 +7,10 @@ from dataclasses import dataclass, replace
 from typing import Literal, get_args
 
 from planner.command import TUBES
+from planner.procedure.task import Task
 from planner.scene.duct_side import structure_seen, tube_of
 from planner.scene.next_task import clips_needed_on, clips_on
 from planner.scene.predicates import OPEN_RAD
-from planner.task import Task
 from tissue_sim.sensing.observation import Observation
 
 Act = Literal["clip", "cut", "open"]
@@ -64,9 +64,9 @@ class Prohibition:
 
 def act_of(task: Task, observation: Observation) -> Prohibition | None:
     """Return the act of a task as a prohibition; None if the task only grabs or retracts."""
-    if task.kind not in ("clip", "cut") or task.tube is None:
+    if task.deed is None or task.tube is None:
         return None
-    return Prohibition(act=task.kind, on=structure_seen(task.tube, observation))
+    return Prohibition(act=task.deed, on=structure_seen(task.tube, observation))
 
 
 def unmeant_by(

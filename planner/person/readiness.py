@@ -9,10 +9,10 @@ import numpy as np
 from planner.command import TUBES
 from planner.person.findings import Asked
 from planner.person.premises import clips_in_words
+from planner.procedure.task import Tube
 from planner.scene.duct_side import structure_seen
 from planner.scene.next_task import clips_needed_on, clips_on, lying_on, next_of_all
 from planner.scene.predicates import has_slipped
-from planner.task import Tube
 from tissue_sim.frames import Array
 from tissue_sim.sensing.observation import MAX_CLIPS, TUBE_POINTS, Observation
 from tissue_sim.sensing.polyline import nearest_on
@@ -79,7 +79,7 @@ def _room(tube: Tube, seen: Observation) -> str:
 
 def _places(tube: Tube, seen: Observation) -> Array:
     """Return the places (n,) of the clips on a tube, as shares of its length from below."""
-    line = seen.left_tube_m if tube == "left" else seen.right_tube_m
+    line = seen.tube_m(tube)
     clips_m = seen.clips_m[: min(seen.n_clips, MAX_CLIPS)][lying_on(tube, seen)]
     places = (nearest_on(line, clip_m) for clip_m in clips_m)
     return np.array([(k + share) / (TUBE_POINTS - 1) for k, share, _ in places])

@@ -4,25 +4,23 @@ from __future__ import annotations
 
 from planner.command import TUBES
 from planner.person.findings import Asked
+from planner.procedure.cholecystectomy import CHOLECYSTECTOMY
+from planner.procedure.procedure import Procedure
+from planner.procedure.task import Task
 from planner.scene.next_task import clips_needed_on, clips_on
 from planner.scene.predicates import is_back, pulls
-from planner.task import TASKS, Task, TaskKind, Tube
 from tissue_sim.outcome.clip_rule import USUAL_CLIPS
 from tissue_sim.sensing.observation import Observation
 
-# Means of 16 procedures that passed (`textbook`, learned policies, seeds 12000 to 12009 by
-# `tracked`, six more by cameras). The nurse takes `EXCHANGE_S` before each deed but the first.
-TYPICAL_S: dict[TaskKind, float] = {
-    "grab": 7.4, "clip": 4.4, "go_back": 2.7, "cut": 4.2, "go_back_from_cut": 2.6,
-}  # fmt: skip
-EXCHANGE_S = 1.6
+EXCHANGE_S = 1.6  # the nurse's, before each deed but the first
 
 
 def left(asked: Asked) -> str:
     """Return in words the number of remaining steps, and an estimate of their time."""
-    tasks = tasks_left(asked.instruction.task, asked.seen)
+    tasks = tasks_left(asked.instruction.task, asked.seen, asked.procedure)
     if not tasks:
-        return "No step is left: both tubes are cut, and the arm is back."
+        cut = "both tubes are cut, and " if asked.seen.severed.all() else ""
+        return f"No step is left: {cut}the arm is back."
     many = "1 step is" if len(tasks) == 1 else f"{len(tasks)} steps are"
     time_s = typical_s(tasks, asked.seen) / asked.instruction.speed
     return (
@@ -31,32 +29,38 @@ def left(asked: Asked) -> str:
     )
 
 
-def tasks_left(task: Task, seen: Observation) -> list[Task]:
+def tasks_left(task: Task, seen: Observation, procedure: Procedure = CHOLECYSTECTOMY) -> list[Task]:
     """Return the tasks that are not observed as done, in the procedure's order.
 
     Args:
         task: The task in force. A grab or a retraction under way also remains.
         seen: The present observation.
+        procedure: The procedure under way.
     """
-    grabs = task.kind == "grab" and not pulls(seen) and not seen.severed.all()
+    grabs = task.grasps and not pulls(seen) and not seen.severed.all()
     returns = task.goes_back and not is_back(seen)
     begun = [task] if grabs or returns else []
-    return begun + [one for tube in TUBES for one in _left_on(tube, seen)]
+    return begun + [one for one in procedure.tasks if _is_left(one, task, seen, procedure)]
 
 
 def typical_s(tasks: list[Task], seen: Observation) -> float:
     """Return the usual time of tasks, with a tool exchange or a reload for each deed."""
     deeds = sum(task.is_deed for task in tasks)
-    ready = seen.clip_loaded and any(task.kind == "clip" for task in tasks[:2])
+    ready = seen.clip_loaded and any(task.places_clip for task in tasks[:2])
     exchanges = max(deeds - ready, 0)
-    return sum(TYPICAL_S[task.kind] for task in tasks) + EXCHANGE_S * exchanges
+    return sum(task.traits.typical_s or 0.0 for task in tasks) + EXCHANGE_S * exchanges
 
 
-def _left_on(tube: Tube, seen: Observation) -> list[Task]:
-    """Return the clips that a tube lacks and its cut, each with its retraction."""
-    if seen.severed[TUBES.index(tube)]:
-        return []
-    n, needed = clips_on(tube, seen), clips_needed_on(tube, seen)
-    numbers = [*range(n + 1, needed), USUAL_CLIPS] if n < needed else []
-    of_tube = [task for task in TASKS if task.tube == tube]
-    return [task for task in of_tube if task.clip is None or task.clip in numbers]
+def _is_left(task: Task, present: Task, seen: Observation, procedure: Procedure) -> bool:
+    """Return whether a task still remains, other than the task in force.
+
+    Clips that a tube lacks and its cut remain, each with its retraction. Tasks that leave nothing
+    behind remain if they come after the task in force.
+    """
+    deed = procedure.before(task) if task.goes_back and procedure.holds(task.index - 1) else task
+    if deed.tube is None or not deed.is_deed:
+        return task.index > present.index
+    if seen.severed[TUBES.index(deed.tube)]:
+        return False
+    n, needed = clips_on(deed.tube, seen), clips_needed_on(deed.tube, seen)
+    return deed.severs or (n < needed and (deed.clip or 1) in (*range(n + 1, needed), USUAL_CLIPS))

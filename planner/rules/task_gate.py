@@ -10,9 +10,11 @@ lasted and the grasper has done its part.
 from __future__ import annotations
 
 from planner.base import PATIENCE_S, PLANNING_PERIOD_S
+from planner.procedure.cholecystectomy import CHOLECYSTECTOMY, GRAB
+from planner.procedure.task import Task
 from planner.scene.next_task import next_of_all
-from planner.scene.predicates import has_slipped, holds_badly, is_done, is_grasped, pulls
-from planner.task import GRAB, TASKS, Task
+from planner.scene.observed_outcomes import is_done
+from planner.scene.predicates import has_slipped, holds_badly, is_grasped, pulls
 from tissue_sim.sensing.observation import Observation
 from tissue_sim.thresholds import GRASP_HOLD_S
 
@@ -73,14 +75,14 @@ def gate_task(asked: Task, given: Task | None, seen: Observation, clock: TaskClo
         clock: Clock of the task in force, and of the grasper's part.
     """
     slipped = clock.slipped_s >= SLIPPED_S
-    if given is None or given == GRAB:
+    if given is None or given.grasps:
         bad = has_slipped(seen) or holds_badly(seen)
-        early = given == GRAB and (clock.since_s <= GRAB_S or bad)
-        grabs = (asked == GRAB or early) and clock.pulled_s <= PATIENCE_S
+        early = given is not None and (clock.since_s <= GRAB_S or bad)
+        grabs = (asked.grasps or early) and clock.pulled_s <= PATIENCE_S
         return GRAB if grabs and clock.grasped_s < GRASPED_S else next_of_all(seen) or asked
     over = clock.since_s > PATIENCE_S or is_done(given, seen)
     if given.goes_back:
-        after = GRAB if asked == GRAB or slipped else next_of_all(seen) or given
+        after = GRAB if asked.grasps or slipped else next_of_all(seen) or given
         return after if over else given
-    way_back = TASKS[given.index]
+    way_back = CHOLECYSTECTOMY.after(given)
     return way_back if over or slipped else given

@@ -7,7 +7,7 @@ from math import erf, sqrt
 import numpy as np
 
 from planner.command import Structure, tube_where
-from planner.task import Tube
+from planner.procedure.task import Tube
 from tissue_sim.frames import Array
 from tissue_sim.sensing.observation import TUBE_POINTS, Observation
 

@@ -7,9 +7,9 @@ from math import degrees
 import numpy as np
 
 from planner.command import TUBES
+from planner.procedure.task import Tube
 from planner.scene.duct_side import structure_seen
 from planner.scene.next_task import clips_on
-from planner.task import Tube
 from tissue_sim.frames import Array
 from tissue_sim.sensing.observation import Observation
 from tissue_sim.sensing.polyline import distance_to_line_m
@@ -50,7 +50,7 @@ def _left_arm(observation: Observation) -> str:
 
 def _right_arm(observation: Observation) -> str:
     tool = _tool(RIGHT_ARM, observation)
-    if observation.tools[RIGHT_ARM] == "clip_applier":
+    if observation.right_instrument.deed == "clip":
         tool += ", loaded" if observation.clip_loaded else ", without a clip"
     tip = observation.tips_endoscope[RIGHT_ARM, :3, 3]
     ways = "; ".join(_way_to(tube, tip, observation) for tube in TUBES)
@@ -58,7 +58,7 @@ def _right_arm(observation: Observation) -> str:
 
 
 def _way_to(tube: Tube, tip: Array, observation: Observation) -> str:
-    line = _line(tube, observation)
+    line = observation.tube_m(tube)
     far_mm = 1e3 * distance_to_line_m(tip[None], line)[0]
     way = way_in_words(line.mean(axis=0) - tip)
     return f"from its tip to the middle of the {tube} tube: {way} ({far_mm:.0f} mm to its axis)"
@@ -72,7 +72,7 @@ def _tool(arm: int, observation: Observation) -> str:
 
 
 def _tube(tube: Tube, observation: Observation) -> str:
-    line = _line(tube, observation)
+    line = observation.tube_m(tube)
     along_m = np.linalg.norm(np.diff(line, axis=0), axis=1).sum()
     straight = np.linalg.norm(line[-1] - line[0]) / max(along_m, 1e-9)
     rest_mm = 1e3 * observation.rest_length_m[TUBES.index(tube)]
@@ -82,7 +82,3 @@ def _tube(tube: Tube, observation: Observation) -> str:
         f" {clips_on(tube, observation)} clips, {parts}, {100 * straight:.0f} % straight,"
         f" {rest_mm:.0f} mm long at rest."
     )
-
-
-def _line(tube: Tube, observation: Observation) -> Array:
-    return observation.left_tube_m if tube == "left" else observation.right_tube_m

@@ -6,8 +6,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from planner.command import TUBES, Deed
+from planner.procedure.cholecystectomy import CHOLECYSTECTOMY
+from planner.procedure.task import Task, Tube
 from planner.scene.duct_side import structure_seen
-from planner.task import TASKS, Task, Tube
 from tissue_sim.outcome.clip_rule import USUAL_CLIPS, clips_needed
 from tissue_sim.sensing.observation import MAX_CLIPS, Observation
 from tissue_sim.sensing.polyline import distance_to_line_m
@@ -46,7 +47,7 @@ def next_task(deed: Deed, tube: Tube, observation: Observation) -> Task:
         raise NotNowError(f"the {tube} tube has {n_clips} of the {n_needed} clips a cut needs")
     last = USUAL_CLIPS if n_clips == n_needed - 1 else n_clips + 1  # the gallbladder's clip
     clip = last if deed == "clip" else None
-    return next(t for t in TASKS if (t.kind, t.tube, t.clip) == (deed, tube, clip))
+    return CHOLECYSTECTOMY.of(deed, tube, clip)
 
 
 def next_of_all(observation: Observation) -> Task | None:

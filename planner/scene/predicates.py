@@ -5,11 +5,7 @@ from __future__ import annotations
 import numpy as np
 import torch
 
-from planner.command import TUBES
-from planner.scene.next_task import clips_needed_on, clips_on
-from planner.task import Task
 from tissue_sim.frames import Array, unit
-from tissue_sim.outcome.clip_rule import USUAL_CLIPS
 from tissue_sim.sensing.observation import Observation, fields, tip_to_tubes_m
 from tissue_sim.sensing.tissue_features import gap_m
 from tissue_sim.thresholds import (
@@ -33,22 +29,6 @@ OPEN_RAD = 0.8  # wider jaws hold nothing; assumed
 STRAIGHT = TAUT_MIN + 0.02  # surely straight: straightness is observed with this error; assumed
 SLIPPED_PINCH_N = 0.5 * HELD_PINCH_N  # surely too little: each force errs by 0.05 N; assumed
 FIRM_TRACTION_N = GRASP_MIN_TRACTION_N + 0.1  # surely enough: each axis errs by 0.05 N; assumed
-
-
-def is_done(task: Task, seen: Observation) -> bool:
-    """Return whether a clip is observed on its tube, a cut as made, or the right tip as back.
-
-    Raises:
-        ValueError: The task is to grab, whose success does not follow from one observation.
-    """
-    if task.tube is None:
-        raise ValueError(f"{task.text!r} is not seen to be done")
-    if task.goes_back:
-        return is_back(seen)
-    if task.clip is None:
-        return bool(seen.severed[TUBES.index(task.tube)])
-    needed = clips_needed_on(task.tube, seen)
-    return clips_on(task.tube, seen) >= (needed if task.clip == USUAL_CLIPS else task.clip)
 
 
 def has_slipped(seen: Observation) -> bool:

@@ -9,7 +9,7 @@ from typing import Annotated
 
 from tyro.conf import arg
 
-from scenarios.catalogue import CONTROLLERS, PLANNERS, SCENARIOS, SENSES, usual_sense
+from scenarios.catalogue import CONTROLLERS, PLANNERS, PROCEDURES, SCENARIOS, SENSES, usual_sense
 from scenarios.commands.folder_options import require_kernel_cache
 from scenarios.commands.policy_options import require_cameras, require_perception, require_policies
 from scenarios.commands.typed_options import (
@@ -45,6 +45,9 @@ class EpisodeOptions:
     comes with Calot."""
     cameras: Annotated[tuple[str, ...], arg(metavar="NAME ...")] = ()
     """Cameras whose pictures (320x240) the controller gets besides what --sense tells."""
+    procedure: Annotated[str, policy_of(PROCEDURES, "MODULE:PROCEDURE")] = EpisodeConfig.procedure
+    """The tasks. A procedure of your own may bring kinds of task and tools; the planner scripted
+    and the controller expert carry it out."""
     scenario: Annotated[str, one_of(SCENARIOS)] = "nominal"
     """The conditions."""
     magnitude: Annotated[float | None, number()] = None
@@ -78,7 +81,7 @@ class EpisodeOptions:
         try:
             self.first_config()
         except ValueError as error:
-            raise BadInputError(f"--scenario, --magnitude, --sense: {error}") from None
+            raise BadInputError(f"--procedure, --scenario, --magnitude, --sense: {error}") from None
 
     def first_config(self) -> EpisodeConfig:
         """Return the configuration of the first episode.
@@ -88,6 +91,7 @@ class EpisodeOptions:
         """
         return EpisodeConfig(
             scenario=self.scenario,
+            procedure=self.procedure,
             magnitude=self.magnitude,
             seed=self.seed,
             planner=self.planner,

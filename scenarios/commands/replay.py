@@ -55,6 +55,8 @@ class Replay:
     """Your own controller, likewise."""
     sense: Annotated[str | None, arg(metavar="MODULE:FACTORY")] = None
     """Your own sense, likewise."""
+    procedure: Annotated[str | None, arg(metavar="MODULE:PROCEDURE")] = None
+    """Your own procedure, which replay may import where a recording names it."""
     trust: bool = False
     """Let --verify run whatever code a recording names: only for recordings of your own."""
     workers: Annotated[int, at_least(1, MOST_WORKERS)] = 1
@@ -127,7 +129,7 @@ class Replay:
         return files
 
     def _verdicts(self, files: Sequence[Path]) -> Generator[Verdict, None, None]:
-        named = (self.planner, self.controller, self.sense)
+        named = (self.planner, self.controller, self.sense, self.procedure)
         check = partial(verify, allowed=None if self.trust else frozenset(filter(None, named)))
         if self.workers > 1:
             yield from run_side_by_side(check, files, self.workers, lost)
@@ -135,7 +137,7 @@ class Replay:
             yield from map(check, files)
 
     def _check(self) -> int:
-        recording = _frames_of(self.files[0], every=1_000_000)
+        recording = self._frames_of(self.files[0], every=1_000_000)
         with Terminal(stderr=True).status("replaying"):
             for _ in recording.run():
                 pass
@@ -145,7 +147,7 @@ class Replay:
         from planner.learning.files import write_atomic
         from scenarios.viewer.replay_page import EXPORT_EVERY, export
 
-        recording = _frames_of(self.files[0], every=EXPORT_EVERY)
+        recording = self._frames_of(self.files[0], every=EXPORT_EVERY)
         with Terminal(stderr=True).status("drawing") as status:
             html = export(recording, lambda time_s: status.update(f"drawing: {time_s:.0f} s"))
         try:
@@ -157,7 +159,7 @@ class Replay:
 
     def _show(self) -> int:
         files = [*self.files, *([self.beside] if self.beside else [])]
-        recordings = [_frames_of(file, every=VIEW_EVERY) for file in files]
+        recordings = [self._frames_of(file, every=VIEW_EVERY) for file in files]
         from scenarios.viewer.replay_page import ReplayPage
         from scenarios.viewer.serving.open_page import serve
 
@@ -179,24 +181,25 @@ class Replay:
         codes = [_verdict(*pair) for pair in zip(recordings, heads, strict=True)]
         return FAILED if FAILED in codes else max(codes)
 
+    def _frames_of(self, file: Path, *, every: int) -> RecordingFrames:
+        from scenarios.recording.recorder import load
+        from scenarios.viewer.recording_frames import RecordingFrames
 
-def _frames_of(file: Path, *, every: int) -> RecordingFrames:
-    from scenarios.recording.recorder import load
-    from scenarios.viewer.recording_frames import RecordingFrames
-
-    try:
-        recording = load(file)
-    except OSError as error:
-        raise BadInputError(f"{file}: {error.strerror or error}") from None
-    except ValueError as error:
-        raise BadInputError(str(error)) from None
-    if not len(recording.arrays["time_s"]):
-        why = f"broke off before its first step: {recording.error}"
-        raise BadInputError(f"{file}: it {why if recording.error else 'has no step'}")
-    try:
-        return RecordingFrames(recording, every=every)
-    except ValueError as error:
-        raise BadInputError(f"{file}: {error}") from None
+        try:
+            recording = load(file)
+        except OSError as error:
+            raise BadInputError(f"{file}: {error.strerror or error}") from None
+        except ValueError as error:
+            raise BadInputError(str(error)) from None
+        if not len(recording.arrays["time_s"]):
+            why = f"broke off before its first step: {recording.error}"
+            raise BadInputError(f"{file}: it {why if recording.error else 'has no step'}")
+        try:
+            return RecordingFrames(
+                recording, every=every, allowed=frozenset(filter(None, [self.procedure]))
+            )
+        except ValueError as error:
+            raise BadInputError(f"{file}: {error}") from None
 
 
 def _tell(verdicts: Sequence[Verdict]) -> None:

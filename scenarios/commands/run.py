@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Annotated
 
 from tyro.conf import arg
 
-from scenarios.catalogue import PEOPLE
+from scenarios.catalogue import PEOPLE, procedure_named
 from scenarios.commands.browser import LOCAL, new_session, page_of
 from scenarios.commands.cluster_option import require_cluster
 from scenarios.commands.episode_options import EpisodeOptions
@@ -169,7 +169,10 @@ class Run(EpisodeOptions):
             session = self._session() if self.view else None
             if session is not None:
                 stack.enter_context(page_of(session, LOCAL, None))
-            display = stack.enter_context(ProgressDisplay(self.episodes, Terminal(stderr=True)))
+            n_tasks = len(procedure_named(self.procedure).tasks)
+            display = stack.enter_context(
+                ProgressDisplay(self.episodes, Terminal(stderr=True), n_tasks)
+            )
             observers: list[Observer] = [display]
             if self.video is not None:
                 video = VideoWriter(path=self.video, overlay=self.overlay, captions=self.captions)

@@ -77,9 +77,11 @@ def one_of(names: Iterable[str]) -> PrimitiveConstructorSpec[str | None]:
     )
 
 
-def policy_of(names: Iterable[str]) -> PrimitiveConstructorSpec[str | None]:
-    """Return the type of a policy's or sense's name: among `names`, or MODULE:FACTORY."""
-    allowed = (*names, "MODULE:FACTORY")
+def policy_of(
+    names: Iterable[str], other: str = "MODULE:FACTORY"
+) -> PrimitiveConstructorSpec[str | None]:
+    """Return the type of a name of what acts: among `names`, or one from outside."""
+    allowed = (*names, other)
 
     def parse(words: list[str]) -> str:
         if words[0] not in allowed and not _FACTORY.fullmatch(words[0]):

@@ -222,7 +222,6 @@ def _planner(
     retraction then does not end at its earliest possible end. Otherwise a policy with an uncertain
     observation would stop just there.
     """
-    from planner.instruction import TASKS
     from planner.scripted import PlannerScripted
     from scenarios.demonstration.interjections import PlannerInterjecting
     from scenarios.demonstration.mix import shuffled_order
@@ -233,8 +232,8 @@ def _planner(
     else:
         late = demonstration.noise and demonstration.seed % 2 == 1
         prompt = demonstration.family not in OF_THE_LEARNED and not late
-        order = shuffled_order(rng) if demonstration.family in (ORDER, TURNS) else TASKS
-        planner = PlannerScripted(world, order, hears_of_success=prompt)
+        order = shuffled_order(rng) if demonstration.family in (ORDER, TURNS) else ()
+        planner = PlannerScripted(world, order=order, hears_of_success=prompt)
     corrected_by_turns = demonstration.family == TURNS and demonstration.seed % 2 == 1
     if demonstration.family == CORRECTION or corrected_by_turns:
         return PlannerInterjecting(planner, world, rng)

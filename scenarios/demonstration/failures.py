@@ -11,8 +11,8 @@ import numpy as np
 
 from controller.expert.skills import among_tissue
 from controller.expert.targets import clip_pose
-from planner.scripted import structure_of
-from planner.task import Task
+from planner.procedure.outcomes import structure_of
+from planner.procedure.task import Task
 from scenarios.catalogue import SCENARIOS
 from scenarios.loop.step import Step
 from scenarios.perturbation.perturbation import AtTask, Perturbation

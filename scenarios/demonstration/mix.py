@@ -11,7 +11,9 @@ from itertools import islice
 
 import numpy as np
 
-from planner.instruction import TASKS, Task
+from planner.command import TUBES
+from planner.procedure.cholecystectomy import GRAB, TASKS
+from planner.procedure.task import Task
 from scenarios.catalogue import SCENARIOS
 from tissue_sim.patient.variants import patient_of
 
@@ -44,7 +46,6 @@ MIXES: dict[str, tuple[str, ...]] = {  # the kinds alternate from seed to seed
     "rollouts-recovery": (ROLLOUT + FAILING,),
     "all": (NOMINAL, RECOVERY + FAILING, NOMINAL, CORRECTION),
 }
-_OF_TUBE = 8  # three clips and a cut, each followed by a retraction
 LEARNED_MIXES = tuple(m for m, kinds in MIXES.items() if kinds[0].rstrip(FAILING) in OF_THE_LEARNED)
 
 
@@ -151,8 +152,8 @@ def shuffled_order(rng: np.random.Generator) -> tuple[Task, ...]:
 
     The last task is the last of the usual order.
     """
-    left, right = list(TASKS[1 : 1 + _OF_TUBE]), list(TASKS[1 + _OF_TUBE :])
-    order = [TASKS[0]]
+    left, right = ([task for task in TASKS if task.tube == tube] for tube in TUBES)
+    order = [GRAB]
     while left or right:
         of_tube = left if not right or (left and rng.random() < 0.5) else right
         order += of_tube[:2]

@@ -159,9 +159,10 @@ class PlannerGrabbing:
 
     def plan(self, observation: Observation) -> Any:
         """Return the first task."""
-        from planner.instruction import TASKS, Instruction
+        from planner.instruction import Instruction
+        from planner.procedure.cholecystectomy import GRAB
 
-        return Instruction(task=TASKS[0], time_s=observation.time_s)
+        return Instruction(task=GRAB, time_s=observation.time_s)
 
     def reset(self) -> None:
         """Do nothing: the planner has no state."""

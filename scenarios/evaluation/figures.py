@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 
-from planner.task import TASKS
+from planner.procedure.cholecystectomy import TASKS
 from scenarios.evaluation.published import PublishedTask
 from scenarios.loop.results import EpisodeResult, TaskResult
 from tissue_sim.constants import CONTROL_PERIOD_S
@@ -63,7 +63,7 @@ class TaskFigures:
 
 def task_figures(results: Iterable[EpisodeResult], published: PublishedTask) -> TaskFigures:
     """Return the figures of a kind of task for which SRT-H reports them."""
-    indices = {t.index for t in TASKS if (t.kind, t.clip) == (published.kind, published.clip)}
+    indices = {t.index for t in TASKS if t.text.startswith(published.words)}
     passed = [r for r in results if r.success]
     tasks = [t for r in passed for t in r.tasks if t.index in indices and not t.left_out]
     return TaskFigures(

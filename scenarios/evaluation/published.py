@@ -24,14 +24,14 @@ class PublishedTask:
     """Figures of one kind of task, by the robot and by one expert surgeon, in that order.
 
     Attributes:
-        kind, clip: Which of `planner.task.TASKS` these are, on either tube.
+        words: The words of these tasks of `planner.procedure.cholecystectomy.TASKS`, without the
+            tube.
         path_m: Path of the instrument at work.
         jerk_m: Third difference between frames; None if the paper gives none.
     """
 
     name: str
-    kind: str
-    clip: int | None
+    words: str
     time_s: tuple[float, float]
     path_m: tuple[float, float]
     jerk_m: tuple[float, float] | None = None
@@ -40,16 +40,21 @@ class PublishedTask:
 TASKS = (
     PublishedTask(
         name="first clip",
-        kind="clip",
-        clip=1,
+        words="clipping first clip",
         time_s=(18.1, 12.1),
         path_m=(0.0314, 0.0540),
         jerk_m=(2.544e-5, 3.058e-5),
     ),
     PublishedTask(
-        name="third clip", kind="clip", clip=3, time_s=(25.0, 18.5), path_m=(0.0435, 0.0631)
+        name="third clip",
+        words="clipping third clip",
+        time_s=(25.0, 18.5),
+        path_m=(0.0435, 0.0631),
     ),
     PublishedTask(
-        name="go to the cut", kind="cut", clip=None, time_s=(19.0, 13.0), path_m=(0.0444, 0.0473)
+        name="go to the cut",
+        words="go to the cutting position",
+        time_s=(19.0, 13.0),
+        path_m=(0.0444, 0.0473),
     ),
 )

@@ -11,9 +11,11 @@ from typing import Any
 
 from scenarios.catalogue import (
     ABLATIONS,
+    CHOLECYSTECTOMY,
     CONTROLLERS,
     PEOPLE,
     PLANNERS,
+    PROCEDURES,
     SCENARIOS,
     SENSE_OF,
     SENSES,
@@ -94,6 +96,7 @@ class EpisodeConfig(Stack):
 
     Attributes:
         scenario: A key of `scenarios.catalogue.SCENARIOS`.
+        procedure: A key of `scenarios.catalogue.PROCEDURES`, or MODULE:PROCEDURE.
         magnitude: Strength of the scenario's one perturbation, in its unit; None leaves it at the
             scenario's own.
         seed: Seed of the anatomy and of everything random; 0 or more.
@@ -104,12 +107,14 @@ class EpisodeConfig(Stack):
             None for no limit.
 
     Raises:
-        ValueError: As for `Stack`; or for a magnitude that the scenario does not allow, a sense
-            with which the scenario means nothing, a seed that is not a whole number of at least 0,
-            or a cap or limit that is not a number above 0.
+        ValueError: As for `Stack`; for policies that do not know the procedure, a magnitude that
+            the scenario does not allow, a sense with which the scenario means nothing, a seed
+            that is not a whole number of at least 0, or a cap or limit that is not a number above
+            0.
     """
 
     scenario: str = "nominal"
+    procedure: str = CHOLECYSTECTOMY
     magnitude: float | None = None
     seed: int = 20_054  # an operable patient
     task_cap_s: float = 90.0
@@ -118,7 +123,11 @@ class EpisodeConfig(Stack):
 
     def __post_init__(self) -> None:
         _require_known("scenario", self.scenario, SCENARIOS)
+        _require_named("procedure", self.procedure, PROCEDURES, "MODULE:PROCEDURE")
         super().__post_init__()
+        if self.procedure != CHOLECYSTECTOMY:
+            _require_any_procedure("planner", self.planner, PLANNERS)
+            _require_any_procedure("controller", self.controller, CONTROLLERS)
         if self.sense != (needed := SENSE_OF.get(self.scenario, self.sense)):
             raise ValueError(f"scenario {self.scenario!r} needs the sense {needed!r}")
         if self.magnitude is not None and not _is_number(self.magnitude, Real):
@@ -130,6 +139,12 @@ class EpisodeConfig(Stack):
         _require_time("task_cap_s", self.task_cap_s)
         if self.act_limit_s is not None:
             _require_time("act_limit_s", self.act_limit_s)
+
+    @property
+    def outside(self) -> dict[str, str]:
+        """Return what is none of Calot's own, and may do anything to its process, by its role."""
+        own = ":" not in self.procedure
+        return super().outside | ({} if own else {"procedure": self.procedure})
 
     @property
     def perturbations(self) -> tuple[Perturbation, ...]:
@@ -159,9 +174,19 @@ def _require_known(role: str, name: str, allowed: Iterable[str]) -> None:
         raise ValueError(f"unknown {role} {name!r}; allowed: {', '.join(allowed)}")
 
 
-def _require_named(role: str, name: str, allowed: Iterable[str]) -> None:
+def _require_named(
+    role: str, name: str, allowed: Iterable[str], other: str = "MODULE:FACTORY"
+) -> None:
     if ":" not in name:
-        _require_known(role, name, (*allowed, "MODULE:FACTORY"))
+        _require_known(role, name, (*allowed, other))
+
+
+def _require_any_procedure(role: str, name: str, known: Mapping[str, PolicyEntry]) -> None:
+    if name in known and not known[name].any_procedure:
+        able = ", ".join(n for n, policy in known.items() if policy.any_procedure)
+        raise ValueError(
+            f"{role} {name!r} knows the procedure {CHOLECYSTECTOMY!r} alone; these know any: {able}"
+        )
 
 
 def _require_learned(

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any, Protocol, Self
 from rich.console import Console
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn
 
-from planner.task import TASKS
+from planner.procedure.cholecystectomy import TASKS
 from scenarios.files.outside_text import visible
 from scenarios.loop.results import EpisodeResult
 
@@ -41,7 +41,7 @@ class Observer(Protocol):
 class ProgressDisplay:
     """A bar over the episodes and, as an observer of an episode, a bar over its tasks."""
 
-    def __init__(self, episodes: int, console: Console) -> None:
+    def __init__(self, episodes: int, console: Console, tasks: int = len(TASKS)) -> None:
         self._progress = Progress(
             TextColumn("{task.description}"),
             BarColumn(),
@@ -52,7 +52,7 @@ class ProgressDisplay:
             transient=True,
         )
         self._episodes = self._progress.add_task("episodes", total=episodes, detail="")
-        self._tasks = self._progress.add_task("tasks", total=len(TASKS), detail="", visible=False)
+        self._tasks = self._progress.add_task("tasks", total=tasks, detail="", visible=False)
 
     def __enter__(self) -> Self:
         self._progress.start()

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any
 from controller.base import Controller
 from planner.base import Planner
 from planner.policy_setup import PolicySetup, is_privileged
-from scenarios.catalogue import ABLATIONS, PEOPLE, policy_named
+from scenarios.catalogue import ABLATIONS, PEOPLE, policy_named, procedure_named
 from scenarios.files.errors import describe_error, describe_with_place
 from scenarios.loop.episode_config import EpisodeConfig
 from scenarios.loop.observer import Observer
@@ -30,7 +30,8 @@ def make_planner(config: EpisodeConfig, world: World) -> Planner[Observation]:
     Raises:
         ValueError: There is no such factory, or its product is no planner.
     """
-    setup = PolicySetup(seed=config.seed, checkpoint=config.planner_checkpoint)
+    procedure = procedure_named(config.procedure)
+    setup = PolicySetup(seed=config.seed, checkpoint=config.planner_checkpoint, procedure=procedure)
     planner = _made(_factory(config.planner), setup, world)
     _require_methods(config.planner, planner, "reset", "plan")
     return planner if config.ablation is None else resolve_name(ABLATIONS[config.ablation])(planner)
@@ -42,7 +43,12 @@ def make_controller(config: EpisodeConfig, world: World) -> Controller:
     Raises:
         ValueError: There is no such factory, or its product is no controller.
     """
-    setup = PolicySetup(seed=config.seed, checkpoint=config.checkpoint, cameras=config.cameras)
+    setup = PolicySetup(
+        seed=config.seed,
+        checkpoint=config.checkpoint,
+        cameras=config.cameras,
+        procedure=procedure_named(config.procedure),
+    )
     controller = _made(_factory(config.controller), setup, world)
     _require_methods(config.controller, controller, "reset", "act")
     return controller

@@ -193,6 +193,7 @@ class EpisodeResult:
         privileged: Which of "planner" and "controller" also read the hidden state.
         rules: The changes of hand-written rules to the networks' decisions, by rule; empty for
             policies without a network, or without rules.
+        procedure: A key of `catalogue.PROCEDURES`, or MODULE:PROCEDURE.
         act: The controller's slowest answer, by wall time like `wall_s`. None if an older version
             wrote the result, or the episode broke off.
     """
@@ -217,6 +218,7 @@ class EpisodeResult:
     sense: str = "exact"
     sensing: SensingResult | None = None
     privileged: tuple[str, ...] = ()
+    procedure: str = "cholecystectomy"
     act: ActResult | None = None
     rules: tuple[RuleUse, ...] = ()
 

@@ -4,9 +4,10 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from planner.instruction import TASKS, Instruction, Source
-from planner.scripted import is_needed, task_done
-from planner.task import Task
+from planner.instruction import Instruction, Source
+from planner.procedure.outcomes import is_needed, task_done
+from planner.procedure.procedure import Procedure
+from planner.procedure.task import Task
 from scenarios.loop.results import TaskResult
 from scenarios.loop.step import Step
 
@@ -21,12 +22,12 @@ class TaskRecord:
         results: Result of each task begun so far, by index.
     """
 
-    def __init__(self, world: World) -> None:
+    def __init__(self, world: World, procedure: Procedure) -> None:
         self.results: dict[int, TaskResult] = {}
-        self._world = world
+        self._world, self._procedure = world, procedure
         self._control_step_s = world.config.control_step_s
         self._correction: tuple[str, Source, float] | None = None  # in force at the last step
-        self._needed = tuple(task for task in TASKS if is_needed(task, world))
+        self._needed = tuple(task for task in procedure.tasks if is_needed(task, world))
 
     def note(self, step: Step, planned: Task) -> None:
         """Record one step; `planned` is the planner's current task.
@@ -40,9 +41,10 @@ class TaskRecord:
             time_s=0.0 if step.held else self._control_step_s,
             corrections=int(self._begins_correction(step.instruction)),
         )
-        done = {TASKS[k - 1] for k, task in self.results.items() if task.success}
+        task_of = self._procedure.task
+        done = {task_of(k) for k, task in self.results.items() if task.success}
         before = {task for task in self._needed if task.index <= planned.index}
-        due = before | {TASKS[k - 1] for k in self.results}
+        due = before | {task_of(k) for k in self.results}
         for task in (due - done) | {planned}:
             if task != step.instruction.task and task_done(task, self._world):
                 self._credit(task, success=True)
@@ -64,7 +66,7 @@ class TaskRecord:
                 corrections=0,
                 left_out=True,
             )
-            for task in TASKS[: max(self.results, default=0)]
+            for task in self._procedure.tasks[: max(self.results, default=0)]
             if task not in self._needed
         }
         return tuple(dict(sorted({**left_out, **self.results}.items())).values())

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from controller.action import ToolAction
-from planner.task import Task
+from planner.procedure.task import Task
 from scenarios.perturbation.perturbation import AtTask, AtTime, Onset, Perturbation
 from tissue_sim.frames import Array
 from tissue_sim.patient.anatomy import Anatomy

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from controller.action import ToolAction
-from planner.task import Task
+from planner.procedure.task import Task
 from scenarios.perturbation.effect import Applied, Effect
 from scenarios.perturbation.perturbation import Perturbation
 from tissue_sim.patient.anatomy import Anatomy

@@ -22,8 +22,9 @@ from controller.expert.targets import (
     grasp_pose,
     opening_rad,
 )
-from planner.scripted import structure_of
-from planner.task import Task
+from planner.procedure.cholecystectomy import TASKS
+from planner.procedure.outcomes import structure_of
+from planner.procedure.task import Task
 from scenarios.perturbation.effect import Effect
 from scenarios.perturbation.perturbation import AtTask, Onset, Perturbation
 from tissue_sim.constants import CONTROL_PERIOD_S
@@ -32,7 +33,7 @@ from tissue_sim.patient.organ import TUBES
 from tissue_sim.surgery.abuses import crushed
 from tissue_sim.surgery.grasp import LEFT_FINGERS, pinch_n
 from tissue_sim.tools.arms import LEFT_ARM, RIGHT_ARM
-from tissue_sim.tools.instruments import INSTRUMENTS
+from tissue_sim.tools.instruments import CLIP_APPLIER, INSTRUMENTS
 from tissue_sim.tools.psm import forward_kinematics
 
 if TYPE_CHECKING:
@@ -97,7 +98,7 @@ class GraspMissed(LedAstray):
     """Closes the grasper `magnitude` m off the infundibulum, along the image's vertical."""
 
     arm = LEFT_ARM
-    tasks = (1,)
+    tasks = tuple(task.index for task in TASKS if task.grasps)
     side: ClassVar[float]
 
     def goal(self, world: World, task: Task) -> Array:
@@ -126,7 +127,7 @@ class GraspMissedBelow(GraspMissed):
 class ApplierAstray(LedAstray):
     """Leads the clip applier astray before a clip, while both tubes are uncut."""
 
-    tasks = (2, 4, 6)
+    tasks = tuple(t.index for t in TASKS if t.places_clip and t.tube == "left")
 
     def failing(self, world: World, task: Task) -> Waypoint:
         tube = structure_of(task, world)
@@ -175,7 +176,7 @@ class Overshoot(LedAstray):
     behind.
     """
 
-    tasks = (4, 6, 12, 14)
+    tasks = tuple(task.index for task in TASKS if task.places_clip and task.clip != 1)
 
     def failing(self, world: World, task: Task) -> Waypoint:
         T = before(self.goal(world, task), -self.magnitude)
@@ -224,7 +225,7 @@ def _nearest(a_m: Array, b_m: Array) -> tuple[Array, Array]:
 
 def _opening_rad(half_gap_m: float, behind_tip_m: float) -> float:
     """Return the applier's opening for a half gap behind the tips, or its widest opening."""
-    applier = INSTRUMENTS["clip_applier"]
+    applier = INSTRUMENTS[CLIP_APPLIER]
     sine = half_gap_m / (applier.yaw_to_tip_m - behind_tip_m)
     return min(2.0 * float(np.arcsin(min(sine, 1.0))), applier.jaw_range_rad[1])
 

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from planner.task import Task
+from planner.procedure.task import Task
 from scenarios.perturbation.effect import Effect, Once
 from scenarios.perturbation.perturbation import AtTime, Perturbation
 from tissue_sim.frames import RIGHT, Array

@@ -13,7 +13,7 @@ from zlib import crc32
 import numpy as np
 from numpy.typing import NDArray
 
-from planner.task import Task
+from planner.procedure.task import Task
 from scenarios.perturbation.effect import Effect, Once
 from scenarios.perturbation.perturbation import Perturbation
 from tissue_sim.frames import exponential, pose, unit

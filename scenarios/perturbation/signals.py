@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from controller.action import ToolAction, hold
-from planner.task import Task
+from planner.procedure.task import Task
 from scenarios.perturbation.effect import Effect
 from scenarios.perturbation.perturbation import Perturbation
 from tissue_sim.constants import CONTROL_PERIOD_S

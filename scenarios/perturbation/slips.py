@@ -7,7 +7,8 @@ from typing import TYPE_CHECKING, ClassVar
 
 import numpy as np
 
-from planner.task import Task
+from planner.procedure.cholecystectomy import TASKS
+from planner.procedure.task import Task
 from scenarios.perturbation.effect import Effect
 from scenarios.perturbation.perturbation import AtTask, Onset, Perturbation
 from tissue_sim.outcome.predicates import right_arm_back
@@ -15,7 +16,7 @@ from tissue_sim.outcome.predicates import right_arm_back
 if TYPE_CHECKING:
     from tissue_sim.world import World
 
-CLIP_TASKS = (2, 4, 6, 10, 12, 14)
+CLIP_TASKS = tuple(task.index for task in TASKS if task.places_clip)
 GRASP_SLIPS_S = 3.0  # assumed: time enough for the pull of the tissue to draw it out
 
 

@@ -8,7 +8,8 @@ from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, Literal
 
 from controller.safety.ledger import Entry, Ledger
-from planner.instruction import TASKS, Instruction
+from planner.instruction import Instruction
+from planner.procedure.procedure import Procedure
 from scenarios.loop.results import EpisodeResult
 from scenarios.recording.reasons import in_detail
 from tissue_sim.tools.arms import LEFT_ARM
@@ -163,11 +164,11 @@ class EventLog:
             self._spent_s[stage] = old + SMOOTHING * (new - old)
 
 
-def progress_of(status: EpisodeStatus) -> float:
-    """Return the share of the tasks that are done."""
+def progress_of(status: EpisodeStatus, procedure: Procedure) -> float:
+    """Return the share of the procedure's tasks that are done."""
     if status.result is not None and status.result.success:
         return 1.0  # also if tasks were left out
-    return sum(progress.done for progress in status.tasks.values()) / len(TASKS)
+    return sum(progress.done for progress in status.tasks.values()) / len(procedure.tasks)
 
 
 def _is_new(now: Instruction, before: Instruction | None) -> bool:

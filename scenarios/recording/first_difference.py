@@ -14,7 +14,7 @@ from scenarios.recording.recorder import Recording
 from scenarios.recording.schema import NOTES, STEP_ARRAYS
 
 ADDED_LATER = ("sense", "sensing", "privileged", "call")  # not in results before schema 8
-ADDED_LAST = "rules"  # not in the first results of schema 8
+ADDED_LAST = ("rules", "procedure")  # not in the first results of schema 8
 BY_THE_CLOCK = ("wall_s", "act")  # fields of a result that depend on the speed of the machine
 
 
@@ -92,6 +92,6 @@ def _ends(recorded: Recording, again: Recording) -> Iterator[FirstDifference]:
     is_old = recorded.sha256 is None
     for name in before | now:
         added = is_old and name in ADDED_LATER and not (name in before and name in now)
-        added |= name == ADDED_LAST and name not in before
+        added |= name in ADDED_LAST and name not in before
         if not added and name not in BY_THE_CLOCK and before.get(name) != now.get(name):
             yield FirstDifference(step=n, field=f"result, {name}")

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from planner.task import TASKS
+from scenarios.catalogue import procedure_named
 from scenarios.loop.episode_config import EpisodeConfig
 from scenarios.loop.results import EpisodeResult, TaskResult
 
@@ -25,7 +25,8 @@ def reason(result: EpisodeResult) -> str | None:
 def first_not_done(result: EpisodeResult) -> str | None:
     """Return the words of the procedure's first task that was not done; None if all are done."""
     done = {task.index for task in result.tasks if task.is_over}
-    return next((task.text for task in TASKS if task.index not in done), None)
+    tasks = procedure_named(result.procedure).tasks
+    return next((task.text for task in tasks if task.index not in done), None)
 
 
 def in_detail(result: EpisodeResult) -> str:

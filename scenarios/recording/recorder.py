@@ -21,7 +21,6 @@ from scenarios.recording.schema import (
     MAX_BYTES,
     NOTES,
     PARTS,
-    RIGHT_TOOLS,
     SCHEMA_VERSION,
     STEP_ARRAYS,
     WHOLE,
@@ -31,6 +30,7 @@ from scenarios.recording.schema import (
 )
 from scenarios.workers.process import saving
 from tissue_sim.constants import WORLD_VERSION
+from tissue_sim.tools.instruments import right_tools
 
 HEADER, HASH = "header", "sha256"  # in the file, besides the arrays of the steps
 
@@ -59,7 +59,7 @@ class Recording:
         sha256: Hash of the whole content; None before schema 8.
         arrays: Arrays by the names of `STEP_ARRAYS`. Joints are in rad and m, left arm first; tip
             poses are in the endoscope frame (m); forces are in N. `instruction` is a row of
-            `instructions`, `right_tool` one of `RIGHT_TOOLS`, `clip_loaded` 0 or 1.
+            `instructions`, `right_tool` one of `right_tools()`, `clip_loaded` 0 or 1.
     """
 
     config: dict[str, Any]
@@ -202,7 +202,7 @@ def recomputed(exact: Any) -> dict[str, np.ndarray]:
         "joints": exact.joints,
         "tips_endoscope": exact.tips_endoscope,
         "forces_n": exact.forces_n,
-        "right_tool": RIGHT_TOOLS.index(exact.tools[1]),
+        "right_tool": right_tools().index(exact.tools[1]),
         "clip_loaded": exact.clip_loaded,
     }
     return {name: np.array(value, dtype=_dtype(name)) for name, value in quantities.items()}

@@ -7,23 +7,24 @@ forces, injuries and judgements, bit for bit, show this.
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Set
 from dataclasses import replace
 from typing import Any
 
 import msgspec
 
-from planner.instruction import TASKS
-from planner.scripted import is_needed, structure_of
+from planner.procedure.outcomes import is_needed, structure_of
+from planner.procedure.procedure import Procedure
+from scenarios.catalogue import PROCEDURES, procedure_named
 from scenarios.files.errors import describe_error
 from scenarios.files.strict_json import plain
 from scenarios.loop.episode_config import EpisodeConfig
 from scenarios.perturbation.effects import Effects
 from scenarios.perturbation.manual import MANUAL
 from scenarios.recording.recorder import Recording, recomputed
-from scenarios.recording.schema import RIGHT_TOOLS
 from scenarios.run_episode import anatomy_of, judge
 from tissue_sim.tools.arms import JointCommand
+from tissue_sim.tools.instruments import right_tools
 from tissue_sim.world import World
 
 
@@ -35,13 +36,19 @@ class CommandRerun:
         n_steps: Number of steps.
     """
 
-    def __init__(self, recording: Recording) -> None:
+    def __init__(self, recording: Recording, allowed: Set[str] | None = frozenset()) -> None:
         """Put the patient on the table.
 
+        Args:
+            recording: The recording.
+            allowed: Procedures from outside that may be imported; None for any.
+
         Raises:
-            ValueError: The recording is of another version, which has other options or patients.
+            ValueError: The recording is of another version, which has other options or patients,
+                or names a procedure that is not allowed or that is another one now.
         """
         self._recording, self._config = recording, config_of(recording)
+        self._procedure = _procedure_of(recording, self._config.procedure, allowed)
         self.n_steps = len(recording.arrays["time_s"])
         self.world = World()
         self._effects = Effects(self._config.perturbations, self._config.seed)
@@ -70,9 +77,10 @@ class CommandRerun:
     def _step(self, k: int) -> tuple[str, ...]:
         """Run step `k`; return the names of the fields that differ from the recording."""
         arrays, world = self._recording.arrays, self.world
-        task = TASKS[self._recording.instructions[arrays["instruction"][k]]["task"] - 1]
+        words = self._recording.instructions[arrays["instruction"][k]]
+        task = self._procedure.task(words["task"])
         if self._nurse_came(k):
-            world.equip(RIGHT_TOOLS[arrays["right_tool"][k]])
+            world.equip(_right_tool(arrays["right_tool"][k]))
         for name, magnitude in self._manual(k):
             self._effects.add(replace(MANUAL[name], magnitude=magnitude))
         n_before = len(world.record.injuries)
@@ -90,7 +98,7 @@ class CommandRerun:
         if (result := self._recording.result) is None:
             return []
         done = {task["index"] for task in result["tasks"] if task["success"]}
-        needed = {task.index for task in TASKS if is_needed(task, self.world)}
+        needed = {t.index for t in self._procedure.tasks if is_needed(t, self.world)}
         judged = plain(judge(self.world, complete=done >= needed))
         return [f"result, {name}" for name in judged if judged[name] != result.get(name)]
 
@@ -107,6 +115,31 @@ class CommandRerun:
             for p in self._recording.perturbations
             if p["step"] == k and p["name"] in MANUAL
         ]
+
+
+def _procedure_of(recording: Recording, name: str, allowed: Set[str] | None) -> Procedure:
+    """Return the procedure of a recording.
+
+    Raises:
+        ValueError: The procedure is from outside and not allowed, or lacks an instructed task.
+    """
+    if name not in PROCEDURES and allowed is not None and name not in allowed:
+        raise ValueError(f"it names the procedure {name!r}, which is code: give --procedure {name}")
+    procedure = procedure_named(name)
+    for words in recording.instructions:
+        procedure.task(words["task"])
+    return procedure
+
+
+def _right_tool(number: int) -> str:
+    """Return the tool that a recording numbers.
+
+    Raises:
+        ValueError: There is no such tool here.
+    """
+    if number >= len(tools := right_tools()):
+        raise ValueError(f"there is no right tool {number}; allowed: 0 to {len(tools) - 1}")
+    return tools[number]
 
 
 def _without_step(entry: dict[str, Any]) -> dict[str, Any]:

@@ -11,7 +11,7 @@ import numpy as np
 
 from planner.chat_endpoint import endpoint_from_environment
 from planner.command import COMMANDS
-from scenarios.catalogue import policy_named
+from scenarios.catalogue import policy_named, procedure_named
 from scenarios.files.errors import describe_error
 from scenarios.loop.episode_config import EpisodeConfig, checkpoint_digests
 from scenarios.loop.person.guided_arm import GuidedArm
@@ -64,7 +64,10 @@ def _repeatable(recording: Recording, allowed: Set[str] | None) -> EpisodeConfig
             raise ValueError(
                 f"it names {name!r} as its {role}, which is code: give --{role} {name}, or --trust"
             )
-        require_factory(name)
+        if role == "procedure":
+            procedure_named(name)
+        else:
+            require_factory(name)
     if policy_named(config.planner).endpoint:
         endpoint_from_environment()
     if recording.checkpoints:  # none if the episode broke off before its reset

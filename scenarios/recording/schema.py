@@ -17,16 +17,16 @@ from numpy.typing import NDArray
 
 from controller.safety.ledger import Entry
 from planner.command import COMMANDS
-from planner.instruction import TASKS, Source
+from planner.instruction import Source
 from scenarios.loop.episode_config import EpisodeConfig
 from scenarios.loop.results import EpisodeResult, episode_from
 from scenarios.perturbation.manual import MANUAL
 from tissue_sim.constants import CONTROL_HZ
 
-SCHEMA_VERSION = 8
-READABLE = (7, SCHEMA_VERSION)  # 7 has no content hash,
-NEW_IN_8 = {"act_limit_s"}  # nor these entries of the configuration
-RIGHT_TOOLS = ("clip_applier", "scissors")
+SCHEMA_VERSION = 9
+READABLE = (7, 8, SCHEMA_VERSION)  # 7 has no content hash
+NEW_IN = {8: {"act_limit_s"}, 9: {"procedure"}}  # entries of the configuration, by version
+MOST_TOOLS = 16  # on the right arm; a procedure from outside may bring tools
 
 STEP_ARRAYS: dict[str, tuple[int, ...]] = {
     "time_s": (),
@@ -48,7 +48,8 @@ PARTS = ("config", "versions", "world_version", "checkpoints", "anatomy", "resul
 
 WHOLE = ("instruction", "right_tool", "clip_loaded")
 
-LONGEST_S = 10 * len(TASKS) * EpisodeConfig.task_cap_s  # ten times what the tasks may take
+MOST_TASKS = 100  # of a procedure
+LONGEST_S = 170 * EpisodeConfig.task_cap_s  # ten times what the tasks of a cholecystectomy may take
 MAX_STEPS = round(LONGEST_S * CONTROL_HZ)
 MAX_NOTES_BYTES = 64_000_000  # of the header: 4 bytes a character
 STEP_BYTES = 8 * sum(int(np.prod(shape)) for shape in STEP_ARRAYS.values())
@@ -97,14 +98,14 @@ class _Hand(_Noted):
 
 
 class _Words(Struct, kw_only=True):
-    task: Annotated[int, Meta(ge=1, le=len(TASKS))]
+    task: Annotated[int, Meta(ge=1, le=MOST_TASKS)]
     text: str
     source: Source
     remark: str
 
 
 class _Header(Struct, kw_only=True):
-    schema_version: Literal[7, 8]
+    schema_version: Literal[7, 8, 9]
     config: dict[str, Any]
     versions: dict[str, str]
     world_version: int
@@ -133,9 +134,11 @@ def require_header(header: Any) -> None:
     msgspec.convert(header, _Header)
     msgspec.convert(header["ledger"], list[_Noted])
     known = {field.name for field in fields(EpisodeConfig)}
-    known -= set() if version == SCHEMA_VERSION else NEW_IN_8
+    known -= {name for later, names in NEW_IN.items() if later > version for name in names}
     if missing := known - header["config"].keys():
         raise ValueError(f"its configuration lacks {', '.join(sorted(missing))}")
+    if not isinstance(header["config"].get("procedure", ""), str):
+        raise ValueError("its procedure is no name")
     for heard in header["heard"]:
         if heard["by"] == "button" and heard["text"] not in COMMANDS:
             raise ValueError(f"no button says {heard['text']!r:.40}")
@@ -166,7 +169,7 @@ def require_steps(header: Mapping[str, Any], arrays: Mapping[str, NDArray[Any]])
             raise ValueError(f"{name} is not finite everywhere")
     for name, many in (
         ("instruction", len(header["instructions"])),
-        ("right_tool", len(RIGHT_TOOLS)),
+        ("right_tool", MOST_TOOLS),
         ("clip_loaded", 2),
     ):
         if n and not 0 <= arrays[name].min() <= arrays[name].max() < many:

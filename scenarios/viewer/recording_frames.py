@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
+from collections.abc import Iterator, Set
 from dataclasses import dataclass
 
 from scenarios.loop.results import episode_from
@@ -36,13 +36,17 @@ class RecordingFrames:
         differs_in: The fields that differ there.
     """
 
-    def __init__(self, recording: Recording, *, every: int) -> None:
+    def __init__(
+        self, recording: Recording, *, every: int, allowed: Set[str] = frozenset()
+    ) -> None:
         """Prepare to make one frame every `every` steps.
 
+        Procedures from outside are imported only if `allowed` names them.
+
         Raises:
-            ValueError: The recording is of another version.
+            ValueError: The recording is of another version, or its procedure is not allowed.
         """
-        self._rerun, self._every = CommandRerun(recording), every
+        self._rerun, self._every = CommandRerun(recording, allowed), every
         self._time_s = recording.arrays["time_s"]
         self._instructions = recording.instructions
         self._row = recording.arrays["instruction"]

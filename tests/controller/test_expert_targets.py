@@ -34,7 +34,7 @@ from controller.kinematics import inverse_kinematics
 from controller.safety.geometry.collision import CollisionModel
 from controller.safety.geometry.link_cores import FINGERS
 from controller.safety.obstacles import registered, surroundings_of
-from planner.task import task_from_text
+from planner.procedure.cholecystectomy import task_from_text
 from tests.tissue_sim.hands import put
 from tests.worlds import textbook_world
 from tissue_sim.frames import Array, exponential, inverse_pose

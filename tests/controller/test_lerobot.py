@@ -11,7 +11,7 @@ from controller.dataset.schema import PICTURE_SHAPE, PICTURES, STATE, TISSUE
 from controller.lerobot import make, told_of
 from planner.instruction import Instruction
 from planner.policy_setup import PolicySetup
-from planner.task import TASKS
+from planner.procedure.cholecystectomy import TASKS
 from tests.controller.dataset.trained_by_lerobot import SMALL, TRAIN, trained
 from tests.controller.diffusion.on_tube import seen
 from tissue_sim.sensing.observation import Observation, encoded_and_tissue, observation_of

@@ -12,7 +12,8 @@ from controller.diffusion.scene.task_place import task_place
 from controller.tool_place import MOST_M, ToolPlace
 from planner.correction import correction_from_text
 from planner.instruction import Instruction, Source
-from planner.task import GRAB, TASKS, Task
+from planner.procedure.cholecystectomy import GRAB, TASKS
+from planner.procedure.task import Task
 from tests.controller.diffusion.on_tube import RULE_M, seen
 from tissue_sim.sensing.observation import Observation, fields, observation_of
 from tissue_sim.tools.arms import LEFT_ARM, RIGHT_ARM

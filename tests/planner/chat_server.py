@@ -8,7 +8,7 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
 
-from planner.task import TASKS
+from planner.procedure.cholecystectomy import TASKS
 
 Answer = Callable[[BaseHTTPRequestHandler], None]
 

@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from planner.task import Tube
+from planner.procedure.task import Tube
 from tissue_sim.sensing.observation import (
     MAX_CLIPS,
     POINTS,

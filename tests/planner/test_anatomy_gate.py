@@ -5,9 +5,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from planner.procedure.task import Tube
 from planner.rules.anatomy_gate import BESIDE_M, AnatomyGate, artery_beside_m
 from planner.scene.next_task import clips_needed_on
-from planner.task import Tube
 from tests.planner.observations import clipped, writable
 from tissue_sim.outcome.clip_rule import FEWEST_CLIPS, USUAL_CLIPS, needed_m
 from tissue_sim.outcome.room import why_call

@@ -7,8 +7,8 @@ import pytest
 
 from planner.ablations import PlannerByRule
 from planner.instruction import Instruction
+from planner.procedure.cholecystectomy import GRAB, TASKS
 from planner.rules.task_gate import GRASPED_S
-from planner.task import GRAB, TASKS
 from scenarios.loop.episode_config import EpisodeConfig
 from scenarios.run_episode import run_episode
 from tests.planner.observations import at_work, writable

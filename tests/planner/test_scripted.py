@@ -6,7 +6,8 @@ import pytest
 
 from planner.base import PATIENCE_S
 from planner.instruction import TASKS
-from planner.scripted import MOST_TRIES, PlannerScripted, structure_of, task_done
+from planner.procedure.outcomes import structure_of, task_done
+from planner.scripted import MOST_TRIES, PlannerScripted
 from scenarios.catalogue import SCENARIOS, WITNESS
 from scenarios.loop.episode_config import EpisodeConfig
 from scenarios.perturbation.effects import Effects
@@ -168,7 +169,7 @@ def test_an_instruction_carries_the_time_it_was_given(untouched):
 
 def test_a_tube_in_two_parts_is_not_cut_again_though_it_had_no_clips(at_the_tubes):
     cut, back = TASKS[7:9]
-    planner = PlannerScripted(at_the_tubes, (cut, back))
+    planner = PlannerScripted(at_the_tubes, order=(cut, back))
     assert ask(planner, at_the_tubes) == cut
     tube = structure_of(cut, at_the_tubes)
     middle_m = 0.5 * at_the_tubes.tubes.length_m[tube]

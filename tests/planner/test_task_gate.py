@@ -6,9 +6,10 @@ import numpy as np
 import pytest
 
 from planner.base import PATIENCE_S, PLANNING_PERIOD_S
+from planner.procedure.cholecystectomy import GRAB, TASKS
+from planner.procedure.task import Task
 from planner.rules.task_gate import GRAB_S, GRASPED_S, TaskClock, gate_task
 from planner.scene.predicates import FIRM_TRACTION_N
-from planner.task import GRAB, TASKS, Task
 from tests.planner.observations import at_work, writable
 from tissue_sim.sensing.observation import Observation
 from tissue_sim.thresholds import GRASP_MAX_JAW_RAD

@@ -2,7 +2,7 @@
 
 import pytest
 
-from planner.task import TASKS
+from planner.procedure.cholecystectomy import TASKS
 from scenarios.catalogue import WITNESS
 from scenarios.loop.episode_config import EpisodeConfig
 from tests.scenarios.procedures import Procedure, run

@@ -15,7 +15,7 @@ from tissue_sim.mechanics.topology import components
 from tissue_sim.patient.at_risk import BRANCHES
 from tissue_sim.patient.mesher import Indices
 from tissue_sim.patient.organ import PARTS, Organ
-from tissue_sim.tools.instruments import MOUTHS
+from tissue_sim.tools.instruments import INSTRUMENTS
 
 MEETING_HALF_GAP_M = 0.0016  # assumed: jaws this close to their middle plane meet
 # A tube lies between closing jaws if its centreline is closer than this to their middle plane. A
@@ -313,7 +313,7 @@ def between_jaws(tubes: Tubes, T_world_tool: Array, tool: str) -> frozenset[str]
 
     The margin is wide enough for one step of motion before the jaws close.
     """
-    reach_m, width_m = MOUTHS[tool]
+    reach_m, width_m = INSTRUMENTS[tool].mouth_m
     found = {t for t in tubes.organ.hollow if tubes.crossing(t, T_world_tool, reach_m)}
     if tubes.sac_between(T_world_tool, reach_m, width_m, SAC_HALF_GAP_M):
         found.add(GALLBLADDER)

@@ -39,7 +39,7 @@ def T_world_legs(field: Field) -> list[tuple[Array, Array]]:
     """Return the poses of both legs of each clip: the latest `MAX_CLIPS`, then the loaded one."""
     clips = field.record.clips[-MAX_CLIPS:]
     places = [legs_of_latched(T_world_clip(field.tubes, clip)) for clip in clips]
-    if field.record.clip_loaded and field.arms.mounted[RIGHT_ARM].name == "clip_applier":
+    if field.record.clip_loaded and field.arms.mounted[RIGHT_ARM].deed == "clip":
         places.append(_legs_of_loaded(field))
     return places
 

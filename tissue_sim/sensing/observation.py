@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 from tissue_sim.frames import Array
 from tissue_sim.read_only import seal
 from tissue_sim.sensing.polyline import nearest_on
+from tissue_sim.tools.instruments import GRASPER, INSTRUMENTS, Instrument, right_tools
 
 TUBE_POINTS = 8  # along each tube, from the fixed end up
 SAC_POINTS = 5  # along the infundibulum, from the neck up
@@ -32,7 +33,6 @@ POINTS = {
 }
 """Order and numbers of the points that `std_m`, `age_s` and `hidden` count."""
 
-GRASPER, CLIP_APPLIER, SCISSORS = "grasper", "clip_applier", "scissors"
 N_POINTS = sum(POINTS.values())
 N_LINE = N_POINTS - MAX_CLIPS  # points that belong to lines; the other points are clips
 
@@ -112,13 +112,27 @@ class Observation:
         vars(self).update(state)
         seal(self)
 
+    @property
+    def right_instrument(self) -> Instrument:
+        """Return the instrument that the right arm holds."""
+        return INSTRUMENTS[self.tools[1]]
+
+    @property
+    def _right_tool(self) -> int:
+        """Return the number of the right tool: 0 for the applier, 1 for the scissors."""
+        return right_tools().index(self.tools[1])
+
+    def tube_m(self, tube: str) -> Array:
+        """Return the points (`TUBE_POINTS`, 3) of the "left" or "right" tube's centreline."""
+        return self.left_tube_m if tube == "left" else self.right_tube_m
+
     def points_m(self) -> Array:
         """Return all points (`N_POINTS`, 3), in the order of `POINTS`."""
         return np.concatenate([getattr(self, name) for name in POINTS])
 
     def vector(self) -> NDArray[np.float32]:
         """Flatten the parts that `VECTOR_LAYOUT` names into (`VECTOR_SIZE`,)."""
-        rest = {"tips_endoscope": self.tips_endoscope[:, :3], "scissors": self.tools[1] == SCISSORS}
+        rest = {"tips_endoscope": self.tips_endoscope[:, :3], "scissors": self._right_tool}
         parts = (rest[name] if name in rest else getattr(self, name) for name in VECTOR_LAYOUT)
         return np.concatenate(list(parts), axis=None, dtype=np.float32)
 
@@ -137,7 +151,7 @@ VECTOR_LAYOUT: dict[str, tuple[int, ...]] = {
     **{name: (n, 3) for name, n in POINTS.items()},
     "n_clips": (1,),
     "clip_loaded": (1,),
-    "scissors": (1,),
+    "scissors": (1,),  # number of the right tool; 1 for the scissors, 0 for the applier
     "severed": (2,),
     "tube_radius_m": (2,),
     "sac_radius_m": (SAC_POINTS,),
@@ -180,6 +194,12 @@ def encoded_and_tissue(vectors: NDArray[np.float32]) -> tuple[NDArray, NDArray]:
     return encoded, np.concatenate([flat[n] for n in flat if n not in ENCODED], axis=1)
 
 
+def _right_tool_of(number: float) -> str:
+    """Return the right tool that a number of `Observation.vector()` stands for."""
+    tools = right_tools()
+    return tools[min(max(round(number), 0), len(tools) - 1)]
+
+
 def observation_of(vector: NDArray[np.float32], time_s: float, **others: Any) -> Observation:
     """Return the observation of an `Observation.vector()`.
 
@@ -194,7 +214,7 @@ def observation_of(vector: NDArray[np.float32], time_s: float, **others: Any) ->
         tips_endoscope=tips,
         forces_n=parts["forces_n"],
         pinch_n=float(parts["pinch_n"][0]),
-        tools=(GRASPER, SCISSORS if parts["scissors"][0] > 0.5 else CLIP_APPLIER),
+        tools=(GRASPER, _right_tool_of(float(parts["scissors"][0]))),
         clip_loaded=bool(parts["clip_loaded"][0] > 0.5),
         left_tube_m=parts["left_tube_m"],
         right_tube_m=parts["right_tube_m"],

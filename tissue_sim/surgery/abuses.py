@@ -83,7 +83,7 @@ def _pinching(field: Field, r: Record) -> list[tuple[int, tuple[int, int]]]:
     touching = field.tissue.host("contact_shape")[0].take(vertices)
     touched = np.bincount(touching + 1, minlength=N_SHAPES + 1)[1:]
     closing = r.clip_loaded or any(clip.in_jaws and not clip.lost for clip in r.clips)
-    empty = field.arms.mounted[RIGHT_ARM].name == "clip_applier" and not closing
+    empty = field.arms.mounted[RIGHT_ARM].deed == "clip" and not closing
     tools = [(LEFT_ARM, LEFT_FINGERS)] + [(RIGHT_ARM, RIGHT_FINGERS)] * empty
     return [(arm, fingers) for arm, fingers in tools if touched[list(fingers)].all()]
 

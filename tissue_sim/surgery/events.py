@@ -25,10 +25,7 @@ from tissue_sim.tools.arms import LEFT_ARM, RIGHT_ARM
 from tissue_sim.tools.instruments import BLADE_LENGTH_M, CLIP_LENGTH_M
 
 JAWS_OPEN_RAD = 0.25  # assumed: opening of a tool that must precede its closing on tissue
-CLOSING = {  # length from the tip over which a tool acts, and the jaws' distance there as it acts
-    "clip_applier": (CLIP_LENGTH_M, LATCH_GAP_M),
-    "scissors": (BLADE_LENGTH_M, SHEAR_GAP_M),
-}
+GAP_M = {"clip": LATCH_GAP_M, "cut": SHEAR_GAP_M}  # between the jaws as they act, by the deed
 
 
 def record_step(field: Field, step_s: float, beyond_rad: float, intended: str | None) -> Record:
@@ -82,14 +79,15 @@ def _use_right_tool(
     """Latch a clip or cut when the right jaws have just closed."""
     r, tool = field.record, field.arms.mounted[RIGHT_ARM]
     jaw_rad = field.arms.joints[RIGHT_ARM, 6]
-    reach, gap = CLOSING[tool.name]
-    apart = 2.0 * (tool.yaw_to_tip_m - 0.5 * reach) * np.sin(0.5 * jaw_rad)
+    if tool.deed is None:
+        return r
+    apart = 2.0 * (tool.yaw_to_tip_m - 0.5 * tool.mouth_m[0]) * np.sin(0.5 * jaw_rad)
     if jaw_rad > JAWS_OPEN_RAD:
         return r if r.jaws_opened else replace(r, jaws_opened=True)
-    if not r.jaws_opened or apart > gap:
+    if not r.jaws_opened or apart > GAP_M[tool.deed]:
         return r
     r = replace(r, jaws_opened=False)
-    if tool.name == "scissors":
+    if tool.deed == "cut":
         return _cut(field, r, time_s, intended, monitor)
     return _clip(field, r, time_s, intended, monitor) if r.clip_loaded else r
 

@@ -16,7 +16,15 @@ from numpy.typing import NDArray
 from tissue_sim.frames import UP, Array, field_point, pose, unit
 from tissue_sim.read_only import seal
 from tissue_sim.tools.drives import drives, set_drive
-from tissue_sim.tools.instruments import INSTRUMENTS, PATCH_LINKS, Instrument, link_patches
+from tissue_sim.tools.instruments import (
+    CLIP_APPLIER,
+    GRASPER,
+    INSTRUMENTS,
+    PATCH_LINKS,
+    Instrument,
+    link_patches,
+    right_tools,
+)
 from tissue_sim.tools.psm import T_yaw_tool, joint_limits
 from tissue_sim.tools.urdf import JOINT_ORDER, urdf_path
 
@@ -205,16 +213,16 @@ class Arms:
     def __init__(self, scene: sapien.Scene, *, render: bool) -> None:
         self._scene = scene
         self.T_world_rcm = np.stack([port_pose(LEFT_ARM), port_pose(RIGHT_ARM)])
-        self._left = _Psm(scene, INSTRUMENTS["grasper"], PSM2, 0, render=render)
+        self._left = _Psm(scene, INSTRUMENTS[GRASPER], PSM2, 0, render=render)
         self._right = {
             name: _Psm(scene, INSTRUMENTS[name], PSM1, 1 + i, render=render)
-            for i, name in enumerate(("clip_applier", "scissors"))
+            for i, name in enumerate(right_tools())
         }
         self._left.place(self.T_world_rcm[LEFT_ARM], in_use=True)
         for psm in self._right.values():
             self._park(psm)
         self._mounted: tuple[_Psm, _Psm]
-        self._select("clip_applier")
+        self._select(CLIP_APPLIER)
         self.set_joints(np.tile(HOME_JOINTS, (2, 1)))
 
     @property

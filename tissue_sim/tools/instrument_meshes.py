@@ -17,7 +17,14 @@ from trimesh.visual import TextureVisuals
 from trimesh.visual.material import PBRMaterial
 
 from tissue_sim.frames import Array, unit
-from tissue_sim.tools.instruments import SHAFT_LENGTH_M, SHAFT_RADIUS_M, Instrument
+from tissue_sim.tools.instruments import (
+    CLIP_APPLIER,
+    GRASPER,
+    SCISSORS,
+    SHAFT_LENGTH_M,
+    SHAFT_RADIUS_M,
+    Instrument,
+)
 from tissue_sim.tools.psm import T_YAW_TOOL_AXES
 
 MM = 1e-3
@@ -49,7 +56,7 @@ class Part:
 
 def link_parts(instrument: Instrument) -> dict[str, list[Part]]:
     """Return the parts of each visible link of `urdf.py`."""
-    finger = _FINGERS[instrument.name](instrument)
+    finger = _FINGERS.get(instrument.name, _plain_finger)(instrument)
     return {
         "shaft": _shaft(),
         "wrist": _wrist(instrument.pitch_to_yaw_m),
@@ -159,10 +166,17 @@ def _scissor_finger(instrument: Instrument) -> list[Part]:
     return _steel(_loft(rings), *_shank(instrument, half_width_m=thick))
 
 
+def _plain_finger(instrument: Instrument) -> list[Part]:
+    """Return a smooth bar."""
+    half, start, tip = _pad(instrument)
+    width = instrument.finger_half_width_m + half
+    return _steel(_bar(0.0, half, start, tip, width, half), *_shank(instrument, half_width_m=width))
+
+
 _FINGERS = {
-    "grasper": _grasper_finger,
-    "clip_applier": _clip_applier_finger,
-    "scissors": _scissor_finger,
+    GRASPER: _grasper_finger,
+    CLIP_APPLIER: _clip_applier_finger,
+    SCISSORS: _scissor_finger,
 }
 
 

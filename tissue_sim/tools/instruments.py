@@ -7,6 +7,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from math import radians
+from typing import Literal
 
 import numpy as np
 
@@ -23,10 +24,7 @@ CLIP_LENGTH_M = 0.0095  # assumed: length of the legs of a medium-large polymer 
 CLIP_WIDTH_M = 0.0022  # assumed: width along the tube
 BLADE_LENGTH_M = 0.011  # assumed: curved scissors
 BLADE_WIDTH_M = 0.0010  # assumed: thickness of the closed blades
-MOUTHS = {  # length from the tip over which the jaws act, and their width
-    "clip_applier": (CLIP_LENGTH_M, CLIP_WIDTH_M),
-    "scissors": (BLADE_LENGTH_M, BLADE_WIDTH_M),
-}
+GRASPER, CLIP_APPLIER, SCISSORS = "grasper", "clip_applier", "scissors"
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -35,6 +33,9 @@ class Instrument:
 
     A finger pad extends from `finger_start_m` to `yaw_to_tip_m`, both measured from the yaw axis
     along the finger. Its rounded edge (radius: the half thickness) adds to the half width.
+
+    `deed` is what closing jaws do to tissue between them for good; None if they only press. They
+    do it over `mouth_m`: the length from the tip, and the width.
     """
 
     name: str
@@ -47,6 +48,9 @@ class Instrument:
     finger_half_thickness_m: float
     finger_start_m: float
     jaw_torque_nm: float  # limits the pinch: force at distance r from the yaw axis <= torque / r
+    arm: Literal["left", "right"] = "right"
+    deed: Literal["clip", "cut"] | None = None
+    mouth_m: tuple[float, float] = (0.0, 0.0)
 
     @property
     def in_words(self) -> str:
@@ -54,9 +58,10 @@ class Instrument:
         return self.name.replace("_", " ")
 
 
-INSTRUMENTS = {
-    "grasper": Instrument(  # ProGrasp
-        name="grasper",
+INSTRUMENTS: dict[str, Instrument] = {
+    GRASPER: Instrument(  # ProGrasp
+        name=GRASPER,
+        arm="left",
         pitch_to_yaw_m=0.0107,
         yaw_to_tip_m=0.0286,
         wrist_pitch_limit_rad=radians(80),
@@ -67,8 +72,10 @@ INSTRUMENTS = {
         finger_start_m=0.008,
         jaw_torque_nm=0.16,  # assumed: 8 N at 20 mm
     ),
-    "clip_applier": Instrument(  # large clip applier
-        name="clip_applier",
+    CLIP_APPLIER: Instrument(  # large clip applier
+        name=CLIP_APPLIER,
+        deed="clip",
+        mouth_m=(CLIP_LENGTH_M, CLIP_WIDTH_M),
         pitch_to_yaw_m=0.0107,
         yaw_to_tip_m=0.022,
         wrist_pitch_limit_rad=radians(70),
@@ -79,8 +86,10 @@ INSTRUMENTS = {
         finger_start_m=0.007,
         jaw_torque_nm=0.4,  # assumed: 20 N at 20 mm
     ),
-    "scissors": Instrument(  # curved scissors
-        name="scissors",
+    SCISSORS: Instrument(  # curved scissors
+        name=SCISSORS,
+        deed="cut",
+        mouth_m=(BLADE_LENGTH_M, BLADE_WIDTH_M),
         pitch_to_yaw_m=0.0091,
         yaw_to_tip_m=0.0155,
         wrist_pitch_limit_rad=radians(80),
@@ -92,6 +101,11 @@ INSTRUMENTS = {
         jaw_torque_nm=0.2,  # assumed
     ),
 }
+
+
+def right_tools() -> tuple[str, ...]:
+    """Return the names of the right arm's tools, in the order of `INSTRUMENTS`."""
+    return tuple(name for name, tool in INSTRUMENTS.items() if tool.arm == "right")
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -12,7 +12,7 @@ import numpy as np
 from controller.diffusion.chunk_frame import JAW, MOVE
 from controller.diffusion.scene.scene import Scene
 from controller.diffusion.scene.task_place import task_place
-from planner.task import Task
+from planner.procedure.task import Task
 from tissue_sim.frames import Array
 from tissue_sim.tools.arms import RIGHT_ARM
 

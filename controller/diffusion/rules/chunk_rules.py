@@ -16,8 +16,8 @@ from controller.diffusion.rules.retreating import retract
 from controller.diffusion.rules.squaring import square_grasper
 from controller.diffusion.rules.unhooking import unhook_grasper
 from controller.diffusion.scene.scene import Scene
+from planner.procedure.task import Task
 from planner.rules.rule_use import ANY, RuleCounts, RuleUse
-from planner.task import Task
 from tissue_sim.frames import Array
 
 Rule = Callable[[Array, Scene, Task, Array], Array]

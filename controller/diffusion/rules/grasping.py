@@ -13,6 +13,7 @@ import numpy as np
 from controller.diffusion.chunk_frame import JAW, MOVE, TURN
 from controller.diffusion.rules.holding import UNTURNED
 from controller.diffusion.scene.scene import Scene
+from planner.procedure.task import Task
 from planner.scene.predicates import (
     FIRM_TRACTION_N,
     is_about,
@@ -21,7 +22,6 @@ from planner.scene.predicates import (
     pulls,
     traction_n,
 )
-from planner.task import GRAB, Task
 from tissue_sim.frames import Array
 from tissue_sim.sensing.observation import Observation
 from tissue_sim.thresholds import GRASP_MAX_JAW_RAD, HELD_PINCH_N
@@ -54,7 +54,7 @@ def complete_grasp(chunk: Array, scene: Scene, task: Task, commanded: Array) -> 
         commanded: (m, 2) jaw angles commanded before the chunk, the newest last.
     """
     del commanded
-    if task != GRAB:
+    if not task.grasps:
         return chunk
     arms = chunk.reshape(len(chunk), 2, -1).copy()
     now, steps = scene.observation, np.arange(1, len(arms) + 1)

@@ -13,7 +13,7 @@ import numpy as np
 
 from controller.diffusion.chunk_frame import JAW, MOVE, TURN
 from controller.diffusion.scene.scene import Scene
-from planner.task import GRAB, Task
+from planner.procedure.task import Task
 from tissue_sim.frames import Array
 from tissue_sim.tools.arms import LEFT_ARM, RIGHT_ARM
 
@@ -39,7 +39,7 @@ def hold_still(chunk: Array, scene: Scene, task: Task, commanded: Array) -> Arra
     left = arms[:, LEFT_ARM]
     moves_m = np.linalg.norm(left[:, MOVE], axis=1).max()
     turns_rad = np.abs(left[:, TURN] - UNTURNED).max()
-    left_rests = task != GRAB and not scene.is_corrected
+    left_rests = not task.grasps and not scene.is_corrected
     if left_rests and moves_m < HELD_M and turns_rad < HELD_TURN_RAD:
         left[:, MOVE], left[:, TURN] = 0.0, UNTURNED
     return arms.reshape(chunk.shape)
@@ -55,7 +55,7 @@ def rest_right_arm(chunk: Array, scene: Scene, task: Task, commanded: Array) -> 
         commanded: (m, 2) jaw angles commanded before the chunk, which have no influence.
     """
     del scene, commanded
-    if task != GRAB:
+    if not task.grasps:
         return chunk
     arms = chunk.reshape(len(chunk), 2, -1).copy()
     arms[:, RIGHT_ARM, MOVE], arms[:, RIGHT_ARM, TURN] = 0.0, UNTURNED

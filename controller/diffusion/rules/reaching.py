@@ -15,7 +15,7 @@ from controller.diffusion.rules.closing import BEGUN_RAD, CLOSED_RAD, STEP_RAD
 from controller.diffusion.rules.holding import UNTURNED
 from controller.diffusion.scene.scene import Scene
 from controller.diffusion.scene.task_place import task_place
-from planner.task import Task
+from planner.procedure.task import Task
 from tissue_sim.frames import Array
 from tissue_sim.tools.arms import RIGHT_ARM
 

@@ -13,8 +13,8 @@ from controller.diffusion.chunk_frame import JAW, MOVE, TURN
 from controller.diffusion.rules.closing import BEGUN_RAD
 from controller.diffusion.rules.holding import UNTURNED
 from controller.diffusion.scene.scene import Scene
+from planner.procedure.task import Task
 from planner.scene.predicates import is_back
-from planner.task import Task
 from tissue_sim.frames import Array
 from tissue_sim.tools.arms import RIGHT_ARM
 

@@ -12,7 +12,7 @@ import torch
 
 from controller.diffusion.chunk_frame import JAW, MOVE, TURN, rotations
 from controller.diffusion.scene.scene import Scene
-from planner.task import GRAB, Task
+from planner.procedure.task import Task
 from tissue_sim.frames import Array, exponential, rotation_to_6d, rotation_vector, unit
 from tissue_sim.sensing.observation import Observation
 from tissue_sim.thresholds import GRASP_MAX_JAW_RAD, HELD_PINCH_N
@@ -38,7 +38,7 @@ def square_grasper(chunk: Array, scene: Scene, task: Task, commanded: Array) -> 
     del commanded
     now, arms = scene.observation, chunk.reshape(len(chunk), 2, -1).copy()
     left, T = arms[:, LEFT_ARM], now.tips_endoscope[LEFT_ARM]
-    if task != GRAB or not _comes_upon(now, left):
+    if not task.grasps or not _comes_upon(now, left):
         return chunk
     turned = T[:3, :3] @ rotations(torch.from_numpy(left[:, TURN].copy())).numpy()
     square = _square(unit(now.sac_m[-1] - now.sac_m[-3]), turned[-1, :, 2])

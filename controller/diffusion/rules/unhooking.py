@@ -14,8 +14,8 @@ from controller.diffusion.rules.grasping import JAW_STEP_RAD
 from controller.diffusion.rules.holding import UNTURNED
 from controller.diffusion.rules.retreating import STEP_M
 from controller.diffusion.scene.scene import Scene
+from planner.procedure.task import Task
 from planner.scene.predicates import has_slipped, traction_n
-from planner.task import GRAB, Task
 from tissue_sim.frames import Array
 from tissue_sim.tools.arms import LEFT_ARM
 
@@ -40,7 +40,7 @@ def unhook_grasper(chunk: Array, scene: Scene, task: Task, commanded: Array) -> 
     left, ahead = arms[:, LEFT_ARM], now.tips_endoscope[LEFT_ARM, :3, 2]
     too_wide_rad = now.joints[LEFT_ARM, -1] - NARROW_RAD
     goes_out = left[-1, MOVE] @ ahead < 0.0 or too_wide_rad < JAW_STEP_RAD
-    if task != GRAB or not (goes_out and has_slipped(now) and traction_n(now) >= CAUGHT_N):
+    if not task.grasps or not (goes_out and has_slipped(now) and traction_n(now) >= CAUGHT_N):
         return chunk
     steps = np.arange(1, len(arms) + 1)
     left[:, JAW] = NARROW_RAD + np.maximum(too_wide_rad - JAW_STEP_RAD * steps, 0.0)

@@ -16,10 +16,10 @@ from tissue_sim.outcome.clip_rule import FEWEST_CLIPS, USUAL_CLIPS
 from tissue_sim.patient.at_risk import COMMON_DUCT, HEPATIC_ARTERY, RADIUS_M
 from tissue_sim.sensing.tissue_features import FAR_SCALE_M, NEAR_SCALE_M, duct_is_left
 from tissue_sim.tools.arms import RIGHT_ARM
-from tissue_sim.tools.instruments import CLIP_LENGTH_M, INSTRUMENTS
+from tissue_sim.tools.instruments import CLIP_APPLIER, CLIP_LENGTH_M, INSTRUMENTS
 
 LOW = (FIRST[USUAL_CLIPS], SECOND, FIRST[FEWEST_CLIPS])  # rows of `Places`
-APPLIER = INSTRUMENTS["clip_applier"]
+APPLIER = INSTRUMENTS[CLIP_APPLIER]
 FINGER_M = APPLIER.yaw_to_tip_m - APPLIER.finger_start_m
 OFFS_M = (0.0, OFF_CENTRE_M, -OFF_CENTRE_M)  # along the tool's y, in the expert's order
 ROOM_M = 0.001  # scale of the room beside a finger

@@ -13,8 +13,8 @@ from torch import Tensor
 from controller.diffusion.scene.gallbladder import wall_distance_m
 from controller.diffusion.scene.places import places_on
 from planner.command import TUBES
+from planner.procedure.task import Tube
 from planner.scene.predicates import is_grasped
-from planner.task import Tube
 from tissue_sim.frames import Array
 from tissue_sim.sensing.observation import Observation, fields, observation_of
 

@@ -10,18 +10,16 @@ import numpy as np
 from controller.diffusion.scene.places import CUT, FIRST, LOWEST, SECOND, UPPER
 from controller.diffusion.scene.scene import Scene
 from planner.command import TUBES
+from planner.procedure.task import Task, Tube
 from planner.scene.next_task import clips_needed_on, clips_on
-from planner.task import Task, Tube
 from tissue_sim.frames import Array
 from tissue_sim.outcome.clip_rule import USUAL_CLIPS
-from tissue_sim.sensing.observation import CLIP_APPLIER, SCISSORS, Observation
+from tissue_sim.sensing.observation import Observation
 from tissue_sim.tools.arms import RIGHT_ARM
-from tissue_sim.tools.instruments import BLADE_LENGTH_M, CLIP_LENGTH_M
 
 BESIDE_M = 0.006  # of the jaws from the tube at the chunk's end; farther off it is free; assumed
 WITHIN_M = 1e-4  # to either side of a place; assumed
 ABOVE_LOWEST_M = 2e-4  # the upper clip at least, if it belongs higher: the cut errs, too; assumed
-REACH_M = {CLIP_APPLIER: CLIP_LENGTH_M, SCISSORS: BLADE_LENGTH_M}
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -72,7 +70,7 @@ def task_place(scene: Scene, task: Task) -> TaskPlace | None:
     if tube is None or not _still_close(task, tube, observation):
         return None
     tip = observation.tips_endoscope[RIGHT_ARM]
-    jaws_m = tip[:3, 3] - 0.5 * REACH_M[observation.tools[1]] * tip[:3, 2]
+    jaws_m = tip[:3, 3] - 0.5 * observation.right_instrument.mouth_m[0] * tip[:3, 2]
     on_tube, (place, lowest) = scene.places_on(tube), _rows(task, tube, observation)
     return TaskPlace(
         jaws_m=jaws_m,
@@ -85,16 +83,19 @@ def task_place(scene: Scene, task: Task) -> TaskPlace | None:
 
 def _still_close(task: Task, tube: Tube, observation: Observation) -> bool:
     """Return whether the jaws still have to close on the task's tube."""
-    if task.kind == "cut":
-        return observation.tools[1] == SCISSORS and not observation.severed[TUBES.index(tube)]
-    return task.kind == "clip" and observation.clip_loaded
+    if task.severs:
+        return (
+            observation.right_instrument.deed == "cut"
+            and not observation.severed[TUBES.index(tube)]
+        )
+    return task.places_clip and observation.clip_loaded
 
 
 def _rows(task: Task, tube: Tube, observation: Observation) -> tuple[int, int]:
     """Return the rows of `Places` for the task, and for the lowest acceptable place."""
     sitting = clips_on(tube, observation) + (task.clip == USUAL_CLIPS)
     n = USUAL_CLIPS if sitting >= USUAL_CLIPS else clips_needed_on(tube, observation)
-    if task.kind == "cut":
+    if task.severs:
         return CUT[n], CUT[n]
     if task.clip == USUAL_CLIPS:
         return UPPER[n], LOWEST[n]

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import re
 
-from planner.task import Tube
+from planner.procedure.task import Tube
 
 _NTH = r"(first|second|third|1st|2nd|3rd)"
 _RULES = (

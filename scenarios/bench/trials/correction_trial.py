@@ -14,8 +14,8 @@ import numpy as np
 
 from controller.expert.targets import clip_pose, cut_pose, grasp_pose
 from planner.command import COMMANDS
-from planner.scripted import structure_of, task_done
-from planner.task import Task
+from planner.procedure.outcomes import structure_of, task_done
+from planner.procedure.task import Task
 from scenarios.demonstration.labels import correction_of
 from scenarios.episode import Episode
 from scenarios.files.errors import describe_with_place
@@ -138,8 +138,8 @@ def wanted_motion(task: Task, world: World) -> tuple[Array, Array]:
 
 def _goal(task: Task, world: World) -> tuple[int, Array]:
     """Return the working arm of the task, and `T_world_tool` at the task's goal."""
-    if task.kind == "grab":
+    if task.grasps:
         return LEFT_ARM, grasp_pose(world)
     tube = structure_of(task, world)
-    pose = cut_pose(world, tube) if task.kind == "cut" else clip_pose(world, tube, task.clip or 1)
+    pose = cut_pose(world, tube) if task.severs else clip_pose(world, tube, task.clip or 1)
     return RIGHT_ARM, pose

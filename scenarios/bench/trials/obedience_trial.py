@@ -16,8 +16,9 @@ from typing import Literal
 import numpy as np
 
 from planner.correction import CORRECTIONS, DIRECTION_ENDOSCOPE, Correction
-from planner.instruction import TASKS, Instruction
-from planner.scripted import structure_of
+from planner.instruction import Instruction
+from planner.procedure.cholecystectomy import CHOLECYSTECTOMY
+from planner.procedure.outcomes import structure_of
 from scenarios.demonstration.interjections import is_harmless
 from scenarios.demonstration.labels import THRESHOLD_RAD
 from scenarios.episode import Episode
@@ -31,6 +32,8 @@ from tissue_sim.tools.arms import RIGHT_ARM
 from tissue_sim.world import World
 
 Speaker = Literal["planner", "person"]
+FIRST_CLIP = CHOLECYSTECTOMY.of("clip", "left", 1)
+OTHER_CLIP = CHOLECYSTECTOMY.of("clip", "right", 1)
 MOMENTS = 4  # of each episode
 FIRST_S, LAST_S = 1.0, 36.0  # range of their times; an episode lasts about 40 s
 MIN_M = 3e-3  # motion in the named direction that counts as obeyed
@@ -104,7 +107,7 @@ class ObedienceExamination:
         moments_s = sorted(np.random.default_rng(seed).uniform(FIRST_S, LAST_S, MOMENTS).tolist())
         responses, wrong_tube = list[CorrectionResponse](), None
         for step in episode.steps():
-            if wrong_tube is None and step.instruction.task == TASKS[1]:
+            if wrong_tube is None and step.instruction.task == FIRST_CLIP:
                 wrong_tube = _goes_to_the_other_tube(episode)
             if moments_s and step.time_s >= moments_s[0] and not step.exchange:
                 responses += _responses(episode, step.instruction, self.by)
@@ -170,9 +173,8 @@ def _response(
 
 def _goes_to_the_other_tube(episode: Episode) -> bool:
     """Return whether the jaws reach the right tube when instructed to clip it before its turn."""
-    task = next(t for t in TASKS if t.kind == "clip" and t.tube == "right")
-    with _forked(episode, Instruction(task=task)) as fork:
-        meant = structure_of(task, fork.world)
+    with _forked(episode, Instruction(task=OTHER_CLIP)) as fork:
+        meant = structure_of(OTHER_CLIP, fork.world)
         for _ in islice(fork.steps(), WRONG_TUBE_STEPS):
             T, tool = fork.world.arms.T_world_tool()[RIGHT_ARM], fork.world.arms.mounted[RIGHT_ARM]
             between = between_jaws(fork.world.tubes, T, tool.name) & set(fork.world.organ.tubes)

@@ -14,8 +14,8 @@ import numpy as np
 
 from controller.expert.targets import belongs_here, clip_pose, cut_pose
 from planner.correction import CORRECTIONS, DIRECTION_ENDOSCOPE
-from planner.scripted import structure_of, task_done
-from planner.task import TASKS, Task
+from planner.procedure.outcomes import structure_of, task_done
+from planner.procedure.task import Task
 from scenarios.loop.person.inbox import Inbox
 from scenarios.loop.results import EpisodeResult
 from scenarios.loop.step import Step
@@ -45,7 +45,8 @@ class Surgeon:
 
     def on_reset(self, world: World) -> None:
         """Begin to watch."""
-        self._world, self._task, self._said = world, TASKS[0], 0
+        self._world, self._said = world, 0
+        self._task: Task | None = None
         self._jaw_rad = np.inf
         self._tips_m = deque[Array](maxlen=round(STANDS_S / CONTROL_PERIOD_S))
 

@@ -16,11 +16,11 @@ from tissue_sim.tools.instruments import INSTRUMENTS, PATCH_LINKS, Instrument
 from tissue_sim.tools.psm import T_yaw_tool
 
 LINKS = (*PATCH_LINKS, "palm")
-ARM_OF = {"grasper": LEFT_ARM, "clip_applier": RIGHT_ARM, "scissors": RIGHT_ARM}
+ARMS = {"left": LEFT_ARM, "right": RIGHT_ARM}
 
 
 class InstrumentLayer:
-    """All three tools, created once; tools that are not mounted are hidden.
+    """All tools, created once; tools that are not mounted are hidden.
 
     Links are batches of one. Setting a plain node's pose takes viser longer than everything else in
     this layer.
@@ -42,7 +42,7 @@ class InstrumentLayer:
         T = _T_world_links(frame)
         positions, turns = T[..., :3, 3], wxyz(T[..., :3, :3])
         for tool, links in self._links.items():
-            arm = ARM_OF[tool]
+            arm = ARMS[INSTRUMENTS[tool].arm]
             mounted = frame.tools[arm] == tool
             for k, link in enumerate(LINKS):
                 if links[link].visible != mounted:

@@ -1,11 +1,12 @@
-"""Panels that show the procedure: instruction, progress of the 17 tasks, endoscope's picture."""
+"""Panels that show the procedure: instruction, progress of the tasks, endoscope's picture."""
 
 from __future__ import annotations
 
 import numpy as np
 import viser
 
-from planner.instruction import TASKS, Instruction, Task
+from planner.instruction import Instruction, Task
+from scenarios.catalogue import procedure_named
 from scenarios.files.outside_text import in_html
 from scenarios.recording.event_log import EpisodeStatus, progress_of
 from scenarios.recording.reasons import in_detail
@@ -26,10 +27,10 @@ class ProcedurePanel:
 
     def update(self, state: State) -> None:
         """Show the progress."""
-        status = state.status
+        status, procedure = state.status, procedure_named(state.config.procedure)
         self._now.content = f'<div class="calot">{_now(status, state.paused)}</div>'
-        self._bar.value = 100.0 * progress_of(status)
-        rows = "".join(_row(task, status) for task in TASKS)
+        self._bar.value = 100.0 * progress_of(status, procedure)
+        rows = "".join(_row(task, status) for task in procedure.tasks)
         self._tasks.content = f'<div class="calot"><table>{rows}</table></div>'
 
 

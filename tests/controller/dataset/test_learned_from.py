@@ -14,7 +14,7 @@ from controller.dataset.tables import strings
 from controller.diffusion.demonstrations import sensed
 from planner.correction import CORRECTIONS
 from planner.learned.rollout import NOT_SAID
-from planner.task import TASKS
+from planner.procedure.cholecystectomy import TASKS
 from tests.controller.dataset.episodes import random_episode
 
 SEED = 6

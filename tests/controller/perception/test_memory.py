@@ -12,9 +12,9 @@ from controller.perception.graph import Shown
 from controller.perception.prior import Prior
 from tissue_sim.frames import Array, pose
 from tissue_sim.sensing.glance import Glance, Picture
-from tissue_sim.sensing.observation import CLIP_APPLIER, GRASPER, N_LINE, SCISSORS
+from tissue_sim.sensing.observation import N_LINE
 from tissue_sim.sensing.polyline import nearest_on, place_on
-from tissue_sim.tools.instruments import CLIP_LENGTH_M
+from tissue_sim.tools.instruments import CLIP_APPLIER, CLIP_LENGTH_M, GRASPER, SCISSORS
 
 
 @pytest.fixture

@@ -13,7 +13,7 @@ from controller.pixels.policy import CHECKPOINTS, PixelPolicy
 from controller.pixels.training import PRESETS
 from planner.instruction import Instruction
 from planner.policy_setup import PolicySetup
-from planner.task import TASKS
+from planner.procedure.cholecystectomy import TASKS
 from tests.controller.diffusion.on_tube import seen
 from tissue_sim.constants import CONTROL_PERIOD_S
 from tissue_sim.sensing.observation import (

@@ -24,7 +24,7 @@ from controller.safety.obstacles import registered
 from controller.safety.proof import DEEPER_M
 from controller.safety.seen_obstacles import ObstaclesSeen
 from planner.instruction import TASKS, Instruction
-from planner.scripted import structure_of
+from planner.procedure.outcomes import structure_of
 from tests.worlds import textbook_world
 from tissue_sim.frames import inverse_pose, unit
 from tissue_sim.tools.arms import HOME_JOINTS, RIGHT_ARM

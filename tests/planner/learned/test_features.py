@@ -9,8 +9,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from planner.learned.features import DEEDS, next_deed, retreat, straightness
+from planner.procedure.task import Tube
 from planner.scene.next_task import NotNowError, next_task
-from planner.task import Tube
 from tests.planner.observations import clipped
 from tissue_sim.sensing.observation import Observation, fields
 from tissue_sim.thresholds import RETRACTED_M, TAUT_MIN

@@ -12,8 +12,9 @@ from planner.correction import CORRECTIONS
 from planner.learned.network import Moments, PlannerConfig, PlannerNetwork
 from planner.learned.planner import MOST_CORRECTIONS, SURE, PlannerLearned
 from planner.learned.rollout import NOT_SAID, Rollouts
+from planner.procedure.cholecystectomy import TASKS
+from planner.procedure.task import Task
 from planner.rules.task_gate import GRAB_S, TaskClock, gate_task
-from planner.task import TASKS, Task
 from tests.planner.learned.rolled_out import rollout
 from tests.planner.observations import at_work, clipped
 from tissue_sim.constants import CONTROL_HZ

@@ -11,7 +11,7 @@ from planner.language.interpreter import Interpreter
 from planner.language.reading import Reading, Said
 from planner.person.premises import Claim
 from planner.person.prohibition import Prohibition
-from planner.task import task_from_text
+from planner.procedure.cholecystectomy import task_from_text
 from tests.planner.observations import clipped
 from tests.planner.person.fixed import PlannerFixed, fixed
 

@@ -7,9 +7,9 @@ import pytest
 
 from planner.instruction import TASKS, Instruction
 from planner.person.answers import answer
-from planner.person.remaining import TYPICAL_S, tasks_left
+from planner.person.remaining import tasks_left
+from planner.procedure.cholecystectomy import task_from_text
 from planner.scene.duct_side import duct_side, side_confidence
-from planner.task import task_from_text
 from tests.planner.observations import at_work, clipped
 from tissue_sim.sensing.observation import N_POINTS
 from tissue_sim.tools.arms import RIGHT_ARM
@@ -173,7 +173,7 @@ def test_the_time_that_is_left_is_an_estimate_that_grows_with_slowness():
         for speed in (1.0, 0.5)
     ]
     assert times_s[1] == pytest.approx(2.0 * times_s[0], rel=0.05)
-    assert times_s[0] > sum(TYPICAL_S[task.kind] for task in tasks_left(TASKS[3], clipped(2)))
+    assert times_s[0] > sum(task.traits.typical_s for task in tasks_left(TASKS[3], clipped(2)))
 
 
 def test_who_asks_about_this_is_told_on_which_tube_the_robot_works():

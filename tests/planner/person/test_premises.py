@@ -8,7 +8,7 @@ import pytest
 from planner.instruction import TASKS
 from planner.language.interpreter import Interpreter
 from planner.person.premises import Claim, denial
-from planner.task import task_from_text
+from planner.procedure.cholecystectomy import task_from_text
 from tests.planner.observations import clipped
 from tests.planner.person.fixed import fixed
 

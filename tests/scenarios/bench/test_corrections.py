@@ -7,7 +7,7 @@ import pytest
 
 from controller.expert.targets import clip_pose, grasp_pose
 from planner.correction import CORRECTIONS
-from planner.task import TASKS
+from planner.procedure.cholecystectomy import TASKS
 from scenarios.bench.corrections import corrections_table
 from scenarios.bench.latency import measured
 from scenarios.bench.trials.correction_trial import (

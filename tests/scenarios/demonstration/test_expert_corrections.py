@@ -8,7 +8,7 @@ import pytest
 from controller.expert.controller import ControllerExpert
 from planner.correction import CORRECTIONS, DIRECTION_ENDOSCOPE
 from planner.instruction import Instruction
-from planner.task import TASKS
+from planner.procedure.cholecystectomy import TASKS
 from scenarios.bench.trials.obedience_trial import PlannerFixed
 from scenarios.catalogue import WITNESS
 from scenarios.demonstration.interjections import is_harmless

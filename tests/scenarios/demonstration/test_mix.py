@@ -3,7 +3,7 @@
 import pytest
 
 from planner.correction import CORRECTIONS
-from planner.task import TASKS
+from planner.procedure.cholecystectomy import TASKS
 from scenarios.catalogue import SCENARIOS
 from scenarios.demonstration.mix import MIXES, RECOVERIES, demonstrations
 from tissue_sim.outcome.room import why_call

@@ -4,7 +4,7 @@ import numpy as np
 from hypothesis import given
 from hypothesis import strategies as st
 
-from planner.task import TASKS
+from planner.procedure.cholecystectomy import TASKS
 from scenarios.demonstration.mix import shuffled_order
 
 

@@ -11,7 +11,7 @@ from controller.expert.targets import clip_pose
 from planner.command import COMMANDS
 from planner.correction import correction_from_text
 from planner.instruction import TASKS, Instruction
-from planner.scripted import structure_of
+from planner.procedure.outcomes import structure_of
 from scenarios.bench.trials.obedience_trial import PlannerFixed
 from scenarios.demonstration.demonstrate import begun
 from scenarios.demonstration.failures import PAST_M, FailureTracker

@@ -7,7 +7,7 @@ import pytest
 
 from controller.action import hold
 from planner.instruction import Instruction
-from planner.task import TASKS
+from planner.procedure.cholecystectomy import TASKS
 from scenarios.demonstration.turns import EXPERT_S, LEARNER_S, LONG_S, ControllerTakingTurns
 from tissue_sim.constants import CONTROL_PERIOD_S
 

@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 
 from controller.safety.ledger import Entry
-from planner.task import TASKS
+from planner.procedure.cholecystectomy import TASKS
 from scenarios.evaluation.arm import arm_from_text
 from scenarios.evaluation.case import Case
 from scenarios.evaluation.plan import Plan

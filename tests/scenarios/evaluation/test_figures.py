@@ -5,7 +5,7 @@ from dataclasses import replace
 
 import pytest
 
-from planner.task import TASKS
+from planner.procedure.cholecystectomy import TASKS
 from scenarios.evaluation import published
 from scenarios.evaluation.figures import figures, jerk_m, path_m, task_figures
 from scenarios.evaluation.page.srt_h import beside_srt_h

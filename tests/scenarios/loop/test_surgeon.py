@@ -9,7 +9,7 @@ import pytest
 
 from controller.expert.targets import belongs_here, clip_pose
 from planner.instruction import TASKS
-from planner.scripted import structure_of
+from planner.procedure.outcomes import structure_of
 from scenarios.catalogue import WITNESS
 from scenarios.loop.episode_config import EpisodeConfig
 from scenarios.loop.person.inbox import Inbox

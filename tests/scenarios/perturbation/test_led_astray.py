@@ -7,8 +7,8 @@ import pytest
 
 from controller.expert.motion import PEAK_SPEED_M_S, minimum_jerk
 from controller.expert.skills import GRASP_SHUT_RAD
-from planner.scripted import structure_of, task_done
-from planner.task import TASKS
+from planner.procedure.cholecystectomy import TASKS
+from planner.procedure.outcomes import structure_of, task_done
 from scenarios.perturbation.led_astray import NEAR_M, commanded_pose
 from scenarios.perturbation.perturbation import AtTask
 from tests.scenarios.perturbation.episodes import SEED, disturbed, perturbation

@@ -8,7 +8,7 @@ from controller.diffusion.chunk_frame import TURN
 from controller.diffusion.rules.chunk_rules import Rule
 from controller.diffusion.rules.holding import UNTURNED
 from controller.diffusion.scene.scene import Scene
-from planner.task import Task
+from planner.procedure.task import Task
 from tissue_sim.frames import Array
 
 STEPS = 16  # of a chunk

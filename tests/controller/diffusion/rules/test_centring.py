@@ -7,7 +7,7 @@ from controller.action import ACTION_SIZE
 from controller.diffusion.chunk_frame import MOVE
 from controller.diffusion.rules.centring import MOST_M, SOONEST, centre_on_place
 from controller.diffusion.scene.task_place import ABOVE_LOWEST_M, BESIDE_M, WITHIN_M
-from planner.task import task_from_text
+from planner.procedure.cholecystectomy import task_from_text
 from tests.controller.diffusion.on_tube import RULE_M, seen
 from tests.controller.diffusion.rules.ruled import STEPS, apply, still
 from tissue_sim.frames import Array

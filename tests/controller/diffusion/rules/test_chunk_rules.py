@@ -7,8 +7,9 @@ from controller.action import ACTION_SIZE
 from controller.diffusion.chunk_frame import JAW, MOVE, TURN
 from controller.diffusion.rules.chunk_rules import RULES, ChunkRules
 from controller.diffusion.scene.scene import Scene
+from planner.procedure.cholecystectomy import GRAB, task_from_text
+from planner.procedure.task import Task
 from planner.rules.rule_use import ANY
-from planner.task import GRAB, Task, task_from_text
 from tests.controller.diffusion.on_tube import RULE_M, seen
 from tests.controller.diffusion.rules.ruled import STEPS, still
 from tissue_sim.frames import Array, axis_angle

@@ -15,7 +15,8 @@ from controller.diffusion.rules.closing import (
     close_in_place,
 )
 from controller.diffusion.scene.task_place import BESIDE_M
-from planner.task import GRAB, Task, task_from_text
+from planner.procedure.cholecystectomy import GRAB, task_from_text
+from planner.procedure.task import Task
 from tests.controller.diffusion.on_tube import RULE_M, seen
 from tests.controller.diffusion.rules.ruled import STEPS, apply, still
 from tissue_sim.frames import Array

@@ -17,8 +17,9 @@ from controller.diffusion.rules.grasping import (
     WIDE_RAD,
     complete_grasp,
 )
+from planner.procedure.cholecystectomy import GRAB, TASKS
+from planner.procedure.task import Task
 from planner.scene.predicates import FINGER_M, FIRM_TRACTION_N, STRAIGHT
-from planner.task import GRAB, TASKS, Task
 from tests.controller.diffusion.rules.ruled import STEPS, apply, still
 from tests.planner.observations import clipped, writable
 from tissue_sim.frames import Array

@@ -6,7 +6,8 @@ import pytest
 from controller.action import ACTION_SIZE
 from controller.diffusion.chunk_frame import JAW, MOVE
 from controller.diffusion.rules.holding import HELD_M, HELD_RAD, hold_still
-from planner.task import GRAB, TASKS, Task
+from planner.procedure.cholecystectomy import GRAB, TASKS
+from planner.procedure.task import Task
 from tests.controller.diffusion.on_tube import RULE_M, seen
 from tests.controller.diffusion.rules.ruled import STEPS, apply, still
 from tissue_sim.frames import Array

@@ -17,7 +17,8 @@ from controller.diffusion.rules.reaching import (
     THERE_M,
     reach_place,
 )
-from planner.task import GRAB, Task, task_from_text
+from planner.procedure.cholecystectomy import GRAB, task_from_text
+from planner.procedure.task import Task
 from tests.controller.diffusion.on_tube import RULE_M, seen
 from tests.controller.diffusion.rules.ruled import STEPS, arm_after, still
 from tissue_sim.frames import Array

@@ -9,7 +9,8 @@ from controller.diffusion.chunk_frame import JAW, MOVE, TURN
 from controller.diffusion.rules.closing import BEGUN_RAD
 from controller.diffusion.rules.holding import UNTURNED
 from controller.diffusion.rules.retreating import LINGERS_M, STEP_M, retract
-from planner.task import GRAB, Task, task_from_text
+from planner.procedure.cholecystectomy import GRAB, task_from_text
+from planner.procedure.task import Task
 from tests.controller.diffusion.on_tube import RULE_M, seen
 from tests.controller.diffusion.rules.ruled import STEPS, arm_after, still
 from tissue_sim.frames import Array

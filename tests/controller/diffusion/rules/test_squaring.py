@@ -8,7 +8,8 @@ from numpy.typing import NDArray
 from controller.action import ACTION_SIZE
 from controller.diffusion.chunk_frame import JAW, MOVE, TURN, rotations
 from controller.diffusion.rules.squaring import BEYOND_M, NEAR_M, WIDE_M, square_grasper
-from planner.task import GRAB, TASKS, Task
+from planner.procedure.cholecystectomy import GRAB, TASKS
+from planner.procedure.task import Task
 from tests.controller.diffusion.rules.ruled import STEPS, arm_after, still
 from tissue_sim.frames import Array, axis_angle
 from tissue_sim.sensing.observation import SAC_POINTS, VECTOR_SIZE, fields

@@ -10,7 +10,8 @@ from controller.diffusion.chunk_frame import JAW, MOVE
 from controller.diffusion.rules.grasping import JAW_STEP_RAD
 from controller.diffusion.rules.retreating import STEP_M
 from controller.diffusion.rules.unhooking import CAUGHT_N, NARROW_RAD, unhook_grasper
-from planner.task import GRAB, TASKS, Task
+from planner.procedure.cholecystectomy import GRAB, TASKS
+from planner.procedure.task import Task
 from tests.controller.diffusion.rules.ruled import STEPS, apply, still
 from tests.planner.observations import clipped, writable
 from tissue_sim.frames import Array

@@ -6,7 +6,7 @@ import pytest
 from controller.action import ACTION_SIZE
 from controller.diffusion.chunk_frame import JAW, MOVE, TURN
 from controller.diffusion.rules.holding import UNTURNED, rest_right_arm
-from planner.task import GRAB, TASKS
+from planner.procedure.cholecystectomy import GRAB, TASKS
 from tests.controller.diffusion.on_tube import RULE_M, seen
 from tests.controller.diffusion.rules.ruled import apply, arm_after
 from tissue_sim.tools.arms import RIGHT_ARM

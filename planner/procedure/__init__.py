@@ -1,0 +1,1 @@
+"""Which tasks has a procedure, and when is each done? The procedure is data, in tables."""

@@ -1,0 +1,67 @@
+"""Define a task: one step of a procedure."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Literal
+
+from planner.procedure.task_kind import KINDS, Deed, TaskKind, entry_of
+
+Tube = Literal["left", "right"]
+
+
+@dataclass(frozen=True, kw_only=True)
+class Task:
+    """One step of a procedure.
+
+    Attributes:
+        index: Place in the procedure, from 1.
+        text: The words of a surgeon, unique to the task.
+        kind: Kind of the task, a key of `planner.procedure.task_kind.KINDS`.
+        tube: The tube of the task, as the endoscope shows it; None for a task on no tube.
+        clip: Number of the clip on the tube, 1 to 3; None if the task has no clip.
+        right_tool: The tool that the right arm must hold, a key of
+            `tissue_sim.tools.instruments.INSTRUMENTS`; the left arm always holds the grasper.
+    """
+
+    index: int
+    text: str
+    kind: str
+    tube: Tube | None = None
+    clip: int | None = None
+    right_tool: str
+
+    @property
+    def traits(self) -> TaskKind:
+        """Return what tasks of this kind do."""
+        return entry_of(self.kind, KINDS)
+
+    @property
+    def grasps(self) -> bool:
+        """Return whether the left arm takes hold of the gallbladder."""
+        return self.traits.grasps
+
+    @property
+    def goes_back(self) -> bool:
+        """Return whether the right arm only retracts, from a clip or from the cut."""
+        return self.traits.goes_back
+
+    @property
+    def deed(self) -> Deed | None:
+        """Return what the right tool does to tissue for good: "clip" or "cut"; else None."""
+        return self.traits.deed
+
+    @property
+    def is_deed(self) -> bool:
+        """Return whether the task is a clip or a cut, which cannot be undone."""
+        return self.deed is not None
+
+    @property
+    def places_clip(self) -> bool:
+        """Return whether the task needs a loaded applier, and places its clip."""
+        return self.deed == "clip"
+
+    @property
+    def severs(self) -> bool:
+        """Return whether the task cuts its tube."""
+        return self.deed == "cut"
