@@ -1,4 +1,4 @@
-"""Benches of the world: its speed, its laws, its patients."""
+"""Benches of the world: its speed, alone and with the stack, its laws, its patients."""
 
 from dataclasses import dataclass
 from pathlib import Path
@@ -30,6 +30,25 @@ class BenchWorld:
 
         with Terminal(stderr=True).status("measuring: world"):
             report = bench_world(seed=self.seed, steps=self.steps)
+        show(report)
+        return 0
+
+
+@dataclass(frozen=True, kw_only=True)
+class BenchStack:
+    """Time each stage of the learned stack on one core, and its start."""
+
+    seed: Annotated[int, at_least(0, MOST_SEED)] = 10_003
+    """Seed of the anatomy."""
+    steps: Annotated[int, at_least(1)] = 3000
+    """Control steps to measure; the procedure may end before."""
+
+    def execute(self) -> int:
+        """Measure and report; return 0."""
+        from scenarios.bench.stack import bench_stack
+
+        with Terminal(stderr=True).status("measuring: stack"):
+            report = bench_stack(seed=self.seed, steps=self.steps)
         show(report)
         return 0
 
