@@ -6,6 +6,7 @@ No robot has this sense.
 from __future__ import annotations
 
 from functools import cache
+from itertools import accumulate, pairwise, starmap
 
 import numpy as np
 from numpy.typing import NDArray
@@ -25,7 +26,7 @@ from tissue_sim.sensing.observation import (
 from tissue_sim.sensing.sensor_model import SenseSetup
 from tissue_sim.tools.instruments import PATCH_LINKS
 
-_ENDS = np.cumsum(list(POINTS.values()))[:-1]
+_LINES = list(starmap(slice, pairwise(accumulate(POINTS.values(), initial=0))))
 
 
 class SenseExact:
@@ -52,7 +53,7 @@ def exact_observation(field: Field) -> Observation:
     tubes = [_centreline(field, x, tube, TUBE_POINTS) for tube in (left, right)]
     trunks = [_centreline(field, x, trunk, TRUNK_POINTS) for trunk in AT_RISK]
     points = transform(to_endoscope, np.concatenate((*tubes, sac, *trunks, *clips)))
-    left_m, right_m, sac_m, bile_duct_m, hepatic_m, there = np.split(points, _ENDS)
+    left_m, right_m, sac_m, bile_duct_m, hepatic_m, there = (points[line] for line in _LINES)
     clips_m = np.zeros((MAX_CLIPS, 3))
     clips_m[: len(clips)] = there
     return Observation(

@@ -179,11 +179,12 @@ camera."""
 
 def fields(vectors: Any) -> dict[str, Any]:
     """Split vectors (..., `VECTOR_SIZE`), arrays or tensors, into views (..., *shape) by name."""
-    batch = vectors.shape[:-1]
-    return {
-        name: vectors[..., part].reshape(*batch, *VECTOR_LAYOUT[name])
-        for name, part in _PARTS.items()
-    }
+    return {name: part_of(vectors, name) for name in VECTOR_LAYOUT}
+
+
+def part_of(vectors: Any, name: str) -> Any:
+    """Return one part of vectors, as `fields` does."""
+    return vectors[..., _PARTS[name]].reshape(*vectors.shape[:-1], *VECTOR_LAYOUT[name])
 
 
 def encoded_and_tissue(vectors: NDArray[np.float32]) -> tuple[NDArray, NDArray]:
