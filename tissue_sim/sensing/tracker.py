@@ -77,7 +77,7 @@ class Tracker:
         self._tell_lengths(parts)
         return seen
 
-    def _tell_points(self, parts: dict[str, Floats]) -> None:
+    def _tell_points(self, parts: dict[str, NDArray]) -> None:
         n_clips = int(parts["n_clips"][0])
         parts["clips_m"][n_clips:] = 0.0
         std_m = np.hypot(self._error_m, self._creep_m())
@@ -92,7 +92,7 @@ class Tracker:
         """Return the growth of each point's uncertainty since its last observation."""
         return np.minimum(self.model.creep_m_s * self._age_s, self.model.creep_most_m)
 
-    def _tell_tools(self, parts: dict[str, Floats]) -> None:
+    def _tell_tools(self, parts: dict[str, NDArray]) -> None:
         model, chance = self.model, self._rng.standard_normal
         tips = parts["tips_endoscope"]
         tips[..., :3] = self._hand_eye @ tips[..., :3]
@@ -102,7 +102,7 @@ class Tracker:
         parts["forces_n"] += error_n[:6].reshape(2, 3)
         parts["pinch_n"][0] = max(parts["pinch_n"][0] + error_n[6], 0.0)
 
-    def _tell_lengths(self, parts: dict[str, Floats]) -> None:
+    def _tell_lengths(self, parts: dict[str, NDArray]) -> None:
         parts["rest_length_m"][:] = self._lengths.estimate(
             self._at_m,
             parts["std_m"],
