@@ -20,7 +20,7 @@ from controller.dataset.choice import ALL, Choice
 from controller.dataset.dataset_episode import DatasetEpisode, Header
 from controller.dataset.part import one_line, require_versions
 from controller.dataset.schema import Feature, features
-from controller.dataset.tables import arrow_schema, columns_of
+from controller.dataset.tables import columns_of, require_features
 from planner.learning.files import from_json
 from tissue_sim.sensing.tracker import sensed_again
 
@@ -134,8 +134,7 @@ def _episodes(
 
 def _opened(path: Path, there: Mapping[str, Feature]) -> pq.ParquetFile:
     file = pq.ParquetFile(path, page_checksum_verification=True)
-    if missing := set(arrow_schema(there).names) - set(file.schema_arrow.names):
-        raise ValueError(f"columns are missing: {', '.join(sorted(missing))}")
+    require_features(file.schema_arrow, there)
     return file
 
 

@@ -23,14 +23,13 @@ from tissue_sim.sensing.observation import (
     MAX_CLIPS,
     N_LINE,
     N_POINTS,
-    POINTS,
     TUBE_POINTS,
     Observation,
+    points_by_name,
 )
 from tissue_sim.sensing.rest_length import RestLengths
 
 BIAS_M = 3e-4  # measured on tuning patients: the common error of all looks
-_ENDS = np.cumsum(list(POINTS.values()))[:-1]
 
 
 class Perception:
@@ -81,26 +80,14 @@ class Perception:
     def _observation(self, glance: Glance) -> Observation:
         clips_m, clips_m2 = self._clips.places(self._lines)
         points = np.concatenate([self._lines.points_m, clips_m])
-        left_m, right_m, sac_m, bile_duct_m, hepatic_m, clips_m = np.split(points, _ENDS)
         n_clips, none = len(self._clips), np.arange(N_POINTS) >= N_LINE + len(self._clips)
         std_m = np.sqrt(np.concatenate([self._lines.variance_m2, clips_m2]) + BIAS_M**2)
         rest_length_m = self._lengths.estimate(
             points, std_m, pinch_n=glance.pinch_n, n_clips=n_clips
         )
         return Observation(
-            time_s=glance.time_s,
-            joints=glance.joints,
-            tips_endoscope=glance.tips_endoscope,
-            forces_n=glance.forces_n,
-            pinch_n=glance.pinch_n,
-            tools=glance.tools,
-            clip_loaded=glance.clip_loaded,
-            left_tube_m=left_m,
-            right_tube_m=right_m,
-            sac_m=sac_m,
-            common_bile_duct_m=bile_duct_m,
-            hepatic_artery_m=hepatic_m,
-            clips_m=clips_m,
+            **glance.encoded,
+            **points_by_name(points),
             n_clips=n_clips,
             severed=self._cuts.severed,
             tube_radius_m=self._radii.tubes_m,
@@ -108,8 +95,6 @@ class Perception:
             rest_length_std_m=self._lengths.std_m.copy(),
             third_tube=self._third.chance,
             sac_radius_m=self._radii.sac_m,
-            T_world_endoscope=glance.T_world_endoscope,
-            shaft_offset_m=glance.shaft_offset_m,
             std_m=np.where(none, 0.0, std_m),
             age_s=np.where(none, 0.0, self._age_s),
             hidden=self._hidden & ~none,

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from rich.table import Table
 
+from scenarios.files.outside_text import table_of
 from tissue_sim.patient.anatomy import Anatomy, anatomy_from_seed
 from tissue_sim.patient.organ import build_organ
 from tissue_sim.verification.retraction import MAX_ERROR_M, Retraction, retraction
@@ -30,17 +31,18 @@ def _measured(
     return retraction(organ, anatomy.stiffness_scale, config.tissue, held_s=held_s)
 
 
+_HEADINGS = (
+    "tetrahedra",
+    "retracted (mm)",
+    "held (s)",
+    "largest error (mm)",
+    "RMS (mm)",
+    "largest, solved tightly (mm)",
+)
+
+
 def _table(results: list[Retraction], seed: int) -> Table:
-    table = Table(title=f"against the converged static solution, seed {seed}")
-    for heading in (
-        "tetrahedra",
-        "retracted (mm)",
-        "held (s)",
-        "largest error (mm)",
-        "RMS (mm)",
-        "largest, solved tightly (mm)",
-    ):
-        table.add_column(heading, justify="right")
+    table = table_of(f"against the converged static solution, seed {seed}", (), _HEADINGS, ())
     for r in results:
         for row in zip(r.held_s, r.largest_m, r.rms_m, r.lag_m, strict=True):
             held_s, *errors_m = (float(x) for x in row)

@@ -17,8 +17,8 @@ from controller.diffusion.graph import Sampler, example_inputs
 from controller.diffusion.policy import CHECKPOINTS, Policy
 from planner.instruction import Instruction
 from planner.learning.checkpoint import CheckpointError
-from scenarios.bench.lerobot_policy import NOT_INSTALLED, lerobot_chunk, lerobot_version
 from scenarios.files.errors import BadInputError
+from scenarios.files.outside_text import table_of
 from scenarios.loop.episode_config import EpisodeConfig
 from scenarios.run_episode import begin
 from tissue_sim.constants import CONTROL_PERIOD_S
@@ -26,12 +26,12 @@ from tissue_sim.sensing.observation import Observation
 
 DELAYS = (0, 2, 4)
 PERCENTILE = 99
-WARM_UPS, LEROBOT_REPEATS = 10, 1
+WARM_UPS = 10
 
 
 def bench_controller(
     *, checkpoint: Path | None, seed: int, repeats: int, steps: int
-) -> list[Table | str]:
+) -> list[Table]:
     """Time one chunk with each runtime, then run episodes at each delay.
 
     Raises:
@@ -42,12 +42,11 @@ def bench_controller(
         policy = CHECKPOINTS.load(checkpoint)
     except CheckpointError as error:
         raise BadInputError(f"--checkpoint: {error}") from None
-    missing = [] if lerobot_version() else [NOT_INSTALLED]
-    return [_times_table(policy, repeats), *missing, _joints_table(policy, seed, steps)]
+    return [_times_table(policy, repeats), _joints_table(policy, seed, steps)]
 
 
 def _times_table(policy: Policy, repeats: int) -> Table:
-    """Time both runtimes of Calot in alternation, so that other load affects both alike."""
+    """Time both runtimes in alternation, so that other load affects both alike."""
     sampler, inputs = Sampler(policy), example_inputs(policy.config)
     single = {name: value[0].numpy() for name, value in inputs.items()}
     ours = {"ONNX Runtime": lambda: sampler(single), "PyTorch, eager": _eager(policy, inputs)}
@@ -57,20 +56,13 @@ def _times_table(policy: Policy, repeats: int) -> Table:
     for _ in range(repeats):
         for name, run in ours.items():
             times_ms[name].append(_time_ms(run))
-    if number := lerobot_version():
-        run = lerobot_chunk()
-        name = f"LeRobot {number}, DiffusionPolicy"
-        times_ms[name] = [_time_ms(run) for _ in range(LEROBOT_REPEATS)]
-    table = Table(title=f"one chunk of {policy.config.horizon} motions, one thread")
-    table.add_column("by")
-    for heading in ("median (ms)", "p99 (ms)", "times ours"):
-        table.add_column(heading, justify="right")
     fastest_ms = np.median(times_ms["ONNX Runtime"])
+    rows = []
     for name, times in times_ms.items():
         median_ms, high_ms = np.percentile(times, (50, 99))
-        cells = (f"{median_ms:.2f}", f"{high_ms:.2f}", f"{median_ms / fastest_ms:.1f}")
-        table.add_row(name, *cells)
-    return table
+        rows.append((name, f"{median_ms:.2f}", f"{high_ms:.2f}", f"{median_ms / fastest_ms:.1f}"))
+    title = f"one chunk of {policy.config.horizon} motions, one thread"
+    return table_of(title, ("by",), ("median (ms)", "p99 (ms)", "times ours"), rows)
 
 
 def _eager(policy: Policy, inputs: dict[str, torch.Tensor]) -> Callable[[], torch.Tensor]:
@@ -84,12 +76,7 @@ def _time_ms(run: Callable[[], object]) -> float:
 
 
 def _joints_table(policy: Policy, seed: int, steps: int) -> Table:
-    sampler = Sampler(policy)
-    table = Table(
-        title=f"acceleration commanded to the tips, {PERCENTILE}th percentile, seed {seed}"
-    )
-    for heading in ("delay (steps)", "at joints (m/s²)", "inside (m/s²)", "ratio"):
-        table.add_column(heading, justify="right")
+    sampler, rows = Sampler(policy), []
     for delay in DELAYS:
         watched = _Watched(ControllerDiffusion(policy.config, sampler, seed, delay))
         config = EpisodeConfig(scenario="textbook", seed=seed, planner="scripted", sense="exact")
@@ -97,8 +84,10 @@ def _joints_table(policy: Policy, seed: int, steps: int) -> Table:
         for _ in islice(episode.steps(), steps):
             pass
         at, inside = watched.accelerations_m_s2()
-        table.add_row(str(delay), f"{at:.3f}", f"{inside:.3f}", f"{at / inside:.2f}")
-    return table
+        rows.append((str(delay), f"{at:.3f}", f"{inside:.3f}", f"{at / inside:.2f}"))
+    title = f"acceleration commanded to the tips, {PERCENTILE}th percentile, seed {seed}"
+    headings = ("delay (steps)", "at joints (m/s²)", "inside (m/s²)", "ratio")
+    return table_of(title, (), headings, rows)
 
 
 class _Watched:

@@ -12,27 +12,16 @@ from scenarios.bench.trials.correction_trial import (
     WITHIN_S,
     CorrectionTrial,
     Course,
-    ForkComparison,
-    lost_trial,
 )
-from scenarios.bench.trials.run_trials import TrialAttempt, run_all
 from scenarios.evaluation.paired import mcnemar_exact, mean_interval
 from scenarios.evaluation.words import interval
-from scenarios.loop.episode_config import EpisodeConfig
-
-
-def run_trials(config: EpisodeConfig, episodes: int, workers: int) -> list[CorrectionTrial]:
-    """Run a trial on each patient from the configuration's seed on; return them in that order."""
-    seeds = range(config.seed, config.seed + episodes)
-    comparison = TrialAttempt(run=ForkComparison(config=config), lost=lost_trial)
-    return sorted(run_all("corrections", seeds, workers, comparison), key=lambda trial: trial.seed)
+from scenarios.files.outside_text import table_of
 
 
 def corrections_table(trials: Sequence[CorrectionTrial]) -> Table:
     """Return a table: without, with, and the paired gain with its 95 % interval."""
-    table = Table(title=f"corrections, seeds {trials[0].seed} to {trials[-1].seed}")
-    for heading in ("", "without", "with", "gain (95 % interval, paired)"):
-        table.add_column(heading, justify="right" if heading else "left")
+    title = f"corrections, seeds {trials[0].seed} to {trials[-1].seed}"
+    table = table_of(title, ("",), ("without", "with", "gain (95 % interval, paired)"), ())
     without = [trial.without for trial in trials if trial.without]
     corrected = [trial.corrected for trial in trials if trial.corrected]
     table.add_row("moments", str(len(without)), str(len(corrected)), "")

@@ -8,24 +8,9 @@ from collections.abc import Sequence
 from rich.table import Table
 
 from planner.correction import CORRECTIONS
-from scenarios.bench.trials.obedience_trial import (
-    ObedienceExamination,
-    ObedienceTrial,
-    Speaker,
-    lost_trial,
-)
-from scenarios.bench.trials.run_trials import TrialAttempt, run_all
-from scenarios.loop.episode_config import EpisodeConfig
+from scenarios.bench.trials.obedience_trial import ObedienceTrial
+from scenarios.files.outside_text import table_of
 from scenarios.loop.results import wilson_interval
-
-
-def run_trials(
-    config: EpisodeConfig, episodes: int, workers: int, by: Speaker = "planner"
-) -> list[ObedienceTrial]:
-    """Run a trial on each patient from the configuration's seed on; return them in that order."""
-    seeds = range(config.seed, config.seed + episodes)
-    examination = TrialAttempt(run=ObedienceExamination(config=config, by=by), lost=lost_trial)
-    return sorted(run_all("words", seeds, workers, examination), key=lambda trial: trial.seed)
 
 
 def obedience_table(trials: Sequence[ObedienceTrial]) -> Table:
@@ -39,9 +24,9 @@ def obedience_table(trials: Sequence[ObedienceTrial]) -> Table:
         Counter(r.text for r in responses if r.obeyed),
     )
     withheld = Counter(r.text for r in responses if r.withheld)
-    table = Table(title=f"words obeyed, seeds {trials[0].seed} to {trials[-1].seed}")
-    for heading in ("said", "times", "obeyed", "withheld", "share (95 % Wilson interval)"):
-        table.add_column(heading, justify="left" if heading == "said" else "right")
+    title = f"words obeyed, seeds {trials[0].seed} to {trials[-1].seed}"
+    figures = ("times", "obeyed", "withheld", "share (95 % Wilson interval)")
+    table = table_of(title, ("said",), figures, ())
     for correction in CORRECTIONS:
         text = correction.text
         _add(table, text, obeyed[text], given[text], str(withheld[text]))

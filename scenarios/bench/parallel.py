@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import ExitStack
 from functools import partial
 from time import perf_counter
@@ -11,15 +11,24 @@ import numpy as np
 from gymnasium.vector import VectorEnv
 from rich.table import Table
 
-from scenarios.bench.stopwatch import other_work
 from scenarios.bench.trials.storm import storm
+from scenarios.files.outside_text import table_of
 from tissue_sim.frames import Array
 from tissue_sim.parallel import Worlds
 from tissue_sim.patient.anatomy import anatomy_from_seed
+from tissue_sim.rendering.renderer import renderer_available
 from tissue_sim.tools.arms import HOME_JOINTS
 
 INTO_TISSUE_STEPS = 20
 THREAD_ROUNDS, CAMERA_ROUNDS = 15, 5
+
+
+def bench_parallel(*, seed: int, steps: int, worlds: int, most: int) -> Iterator[Table]:
+    """Yield a table of threads, and of processes with cameras where a renderer can draw."""
+    numbers = [2**k for k in range(most.bit_length())]
+    yield thread_table(seed=seed, steps=steps, worlds=worlds, threads=numbers)
+    if renderer_available():
+        yield camera_table(seed=seed, steps=steps, processes=numbers)
 
 
 def thread_table(*, seed: int, steps: int, worlds: int, threads: Sequence[int]) -> Table:
@@ -29,12 +38,9 @@ def thread_table(*, seed: int, steps: int, worlds: int, threads: Sequence[int]) 
         strides = [_stride(group, seed) for group in groups]
         for stride in strides:
             stride(INTO_TISSUE_STEPS)
-        with other_work() as others:
-            took_s = _in_turns(THREAD_ROUNDS, [partial(stride, steps) for stride in strides])
+        took_s = _in_turns(THREAD_ROUNDS, [partial(stride, steps) for stride in strides])
     title = f"{worlds} worlds in a storm, median of {THREAD_ROUNDS} times {steps} control steps"
-    table = _table(title, "threads", threads, worlds * steps / took_s)
-    table.caption = f"other processes used {others.cores:.1f} cores meanwhile"
-    return table
+    return _table(title, "threads", threads, worlds * steps / took_s)
 
 
 def camera_table(*, seed: int, steps: int, processes: Sequence[int]) -> Table:
@@ -89,9 +95,7 @@ def _in_turns(rounds: int, runs: Sequence[Callable[[], float]]) -> Array:
 
 def _table(title: str, of: str, numbers: Sequence[int], per_s: Array) -> Table:
     """Return a table of rates (ROUNDS, n) and their ratios to the first in the same round."""
-    table = Table(title=title)
-    for heading in (of, "steps/s", f"over {numbers[0]}", "min", "max"):
-        table.add_column(heading, justify="right")
+    table = table_of(title, (), (of, "steps/s", f"over {numbers[0]}", "min", "max"), ())
     for n, rate, gain in zip(numbers, per_s.T, (per_s / per_s[:, :1]).T, strict=True):
         gains = (f"{g:.2f}" for g in (np.median(gain), gain.min(), gain.max()))
         table.add_row(str(n), f"{np.median(rate):.0f}", *gains)

@@ -16,6 +16,7 @@ from planner.learned.rollout import EVERY, Rollout, Rollouts
 from planner.learned.scoring import PlannerScore, score
 from planner.learning.checkpoint import CheckpointError
 from scenarios.files.errors import BadInputError
+from scenarios.files.outside_text import table_of
 
 REPEATS = 300
 
@@ -40,23 +41,20 @@ def bench_planner(checkpoint: Path | None, data: Sequence[Path]) -> Table:
 
 
 def _table(found: PlannerScore, times_ms: np.ndarray, n: int) -> Table:
-    table = Table(title=f"planner on {n} rollouts, {found.moments} moments")
-    table.add_column("figure")
-    table.add_column("value", justify="right")
     median_ms, high_ms = np.percentile(times_ms, (50, 99))
-    for name, value in (
-        ("task accuracy", f"{found.task_accuracy:.4f}"),
-        ("flag: F1", f"{found.flag_f1:.3f}"),
-        ("flag: precision, recall", f"{found.flag_precision:.3f}, {found.flag_recall:.3f}"),
-        ("correction accuracy where wanted", f"{found.correction_accuracy:.3f}"),
-        ("calibration error of the failure chance", f"{found.calibration_error:.3f}"),
-        (f"alarm before {found.late_tasks} late tasks", f"{found.alarms_in_time:.3f}"),
-        ("its lead, median (s)", f"{found.lead_s:.1f}"),
-        (f"false alarms in {found.timely_tasks} timely tasks", f"{found.false_alarms:.3f}"),
-        ("inference, one thread: median, p99 (ms)", f"{median_ms:.2f}, {high_ms:.2f}"),
-    ):
-        table.add_row(name, value)
-    return table
+    rows = {
+        "task accuracy": f"{found.task_accuracy:.4f}",
+        "flag: F1": f"{found.flag_f1:.3f}",
+        "flag: precision, recall": f"{found.flag_precision:.3f}, {found.flag_recall:.3f}",
+        "correction accuracy where wanted": f"{found.correction_accuracy:.3f}",
+        "calibration error of the failure chance": f"{found.calibration_error:.3f}",
+        f"alarm before {found.late_tasks} late tasks": f"{found.alarms_in_time:.3f}",
+        "its lead, median (s)": f"{found.lead_s:.1f}",
+        f"false alarms in {found.timely_tasks} timely tasks": f"{found.false_alarms:.3f}",
+        "inference, one thread: median, p99 (ms)": f"{median_ms:.2f}, {high_ms:.2f}",
+    }
+    title = f"planner on {n} rollouts, {found.moments} moments"
+    return table_of(title, ("figure",), ("value",), rows.items())
 
 
 def _times_ms(network: PlannerNetwork, rollout: Rollout) -> np.ndarray:

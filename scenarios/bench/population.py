@@ -5,12 +5,11 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
-from pathlib import Path
-from typing import Any
 
 import numpy as np
 from rich.table import Table
 
+from scenarios.files.outside_text import table_of
 from tissue_sim.frames import Array
 from tissue_sim.patient.anatomy import Anatomy, anatomy_from_seed
 from tissue_sim.patient.population import (
@@ -19,7 +18,6 @@ from tissue_sim.patient.population import (
     PUBLISHED,
     SECOND_ARTERY_SHARE,
     SWAPPED_SHARE,
-    Published,
 )
 
 MM = 1e-3
@@ -83,14 +81,9 @@ def drawn(seed: int, patients: int) -> tuple[Anatomy, ...]:
 
 def population_table(patients: Sequence[Anatomy]) -> Table:
     """Return a table of the published and the drawn values."""
-    table = Table(
-        title=f"{len(patients)} patients, seeds {patients[0].seed} to {patients[-1].seed}"
-    )
-    for heading in ("parameter", "published", "drawn"):
-        table.add_column(heading, justify="left" if heading == "parameter" else "right")
-    for row in (*_sizes(patients), *_shares(patients)):
-        table.add_row(*row)
-    return table
+    title = f"{len(patients)} patients, seeds {patients[0].seed} to {patients[-1].seed}"
+    rows = (*_sizes(patients), *_shares(patients))
+    return table_of(title, ("parameter",), ("published", "drawn"), rows)
 
 
 def _sizes(patients: Sequence[Anatomy]) -> Iterator[tuple[str, str, str]]:
@@ -122,56 +115,3 @@ def _part(patients: Sequence[Anatomy], share: PublishedShare) -> float:
 
 def _in_mm(patients: Sequence[Anatomy], name: str) -> Array:
     return np.array([getattr(p, name) for p in patients]) / MM
-
-
-def save_plot(patients: Sequence[Anatomy], path: Path) -> None:
-    """Draw histograms of the sizes and bars of the shares beside the published ones, as a PNG."""
-    from matplotlib.figure import Figure
-
-    figure = Figure(figsize=(11, 5), dpi=80, layout="constrained")
-    grid = figure.add_gridspec(2, 4, width_ratios=(1, 1, 1, 1.3))
-    order = [name for part in ("duct", "artery", "gallbladder") for name in _of(part)]
-    for k, name in enumerate(order):
-        axes = figure.add_subplot(grid[k % 2, k // 2])
-        _draw_size(axes, TITLES[name], _in_mm(patients, name), PUBLISHED[name])
-    _draw_shares(figure.add_subplot(grid[:, 3]), patients)
-    figure.legend(loc="outside lower center", ncols=4, frameon=False)
-    figure.savefig(path)
-
-
-def _of(part: str) -> list[str]:
-    return [name for name in PUBLISHED if name.startswith(part)]
-
-
-def _draw_size(axes: Any, title: str, values: Array, known: Published) -> None:
-    axes.hist(values, bins=40, color="#9dc3d4")
-    mean, top = known.mean / MM, 1.1 * axes.get_ylim()[1]
-    if known.sd is not None:
-        sd = known.sd / MM
-        axes.hlines(top, mean - sd, mean + sd, color="#c85a11", lw=5)
-    axes.hlines(top, known.low / MM, known.high / MM, color="#c85a11", lw=1)
-    axes.plot([mean], [top], "|", color="#c85a11", ms=14, mew=2)
-    axes.plot([values.mean()], [0.96 * top], "v", color="#0f6b8f", ms=6)
-    axes.set(title=f"{title} (mm)", yticks=[], ylim=(0, 1.1 * top))
-    axes.spines[["left", "right", "top"]].set_visible(False)
-
-
-def _draw_shares(axes: Any, patients: Sequence[Anatomy]) -> None:
-    y = np.arange(len(SHARES))
-    found = [100 * _part(patients, share) for share in SHARES]
-    axes.barh(y, found, color="#9dc3d4", label="drawn (triangle: mean)")
-    ends = np.array([(100 * share.low, 100 * share.high) for share in SHARES])
-    axes.hlines(y, *ends.T, color="#c85a11", lw=2)
-    axes.plot(
-        ends.ravel(),
-        np.repeat(y, 2),
-        "|",
-        color="#c85a11",
-        ms=14,
-        mew=2,
-        label="published: mean, bold: standard deviation, thin: range",
-    )
-    axes.set_yticks(y, [share.title for share in SHARES])
-    axes.invert_yaxis()
-    axes.set(title="share of patients (%)")
-    axes.spines[["right", "top"]].set_visible(False)

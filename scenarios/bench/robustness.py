@@ -1,4 +1,4 @@
-"""Check that the tissue stays physical under violent motions, and that memory does not grow."""
+"""Check that the tissue stays physical under violent motions."""
 
 from __future__ import annotations
 
@@ -7,28 +7,14 @@ from collections.abc import Sequence
 import numpy as np
 from rich.table import Table
 
-from scenarios.bench.trials.memory_growth import (
-    environment_resetter,
-    growth_kb_a_reset,
-    world_resetter,
-)
-from scenarios.bench.trials.run_trials import TrialAttempt, run_all
-from scenarios.bench.trials.storm_trial import StormTrial, lost_trial, run_trial
-
-
-def run_trials(seed: int, episodes: int, workers: int) -> list[StormTrial]:
-    """Run a storm on each patient from `seed` on, with a progress bar; return them in order."""
-    seeds = range(seed, seed + episodes)
-    trials = run_all("storms", seeds, workers, TrialAttempt(run=run_trial, lost=lost_trial))
-    return sorted(trials, key=lambda trial: trial.seed)
+from scenarios.bench.trials.storm_trial import StormTrial
+from scenarios.files.outside_text import table_of
 
 
 def trial_table(trials: Sequence[StormTrial]) -> Table:
     """Return a table of the storms' effects and of the laws that they broke."""
-    table = Table(title=f"{len(trials)} storms, seeds {trials[0].seed} to {trials[-1].seed}")
-    table.add_column("measured")
-    for heading in ("median", "p99", "max"):
-        table.add_column(heading, justify="right")
+    title = f"{len(trials)} storms, seeds {trials[0].seed} to {trials[-1].seed}"
+    table = table_of(title, ("measured",), ("median", "p99", "max"), ())
     finished = [t for t in trials if np.isfinite(t.tip_speed_m_s)]
     measured = {
         "commanded tip speed, max of a storm (mm/s)": [
@@ -61,13 +47,3 @@ def caught_lines(trials: Sequence[StormTrial]) -> list[str]:
     """Return a line with the storms after which tissue is still held by a tool, if any."""
     seeds = [str(t.seed) for t in trials if t.caught]
     return [f"still caught on a tool: seeds {', '.join(seeds)}"] if seeds else []
-
-
-def memory_lines(seed: int, resets: int) -> list[str]:
-    """Measure memory over resets of a world, and over a fifth as many of an environment."""
-    world = growth_kb_a_reset(world_resetter(), resets, seed)
-    environment = growth_kb_a_reset(environment_resetter(), resets // 5, seed)
-    return [
-        f"memory: {world:+.1f} KB a reset over {resets} resets of a world",
-        f"memory: {environment:+.1f} KB a reset over {resets // 5} resets of an environment",
-    ]

@@ -6,7 +6,6 @@ from collections import Counter
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
-from functools import partial
 
 import numpy as np
 from rich.table import Table
@@ -20,16 +19,14 @@ from controller.safety.nearest_motion import NearestMotion
 from scenarios.bench.stopwatch import Stopwatch
 from scenarios.bench.trials.attack_trial import (
     ANY_NUMBER,
-    IN_WORLD,
     AttackedPatient,
     AttackRun,
     AttackTrial,
     Pair,
-    lost_trial,
-    run_trial,
 )
-from scenarios.bench.trials.run_trials import TrialAttempt, error_lines, run_all
+from scenarios.bench.trials.run_trials import error_lines
 from scenarios.catalogue import WITNESS
+from scenarios.files.outside_text import table_of
 from scenarios.loop.episode_config import EpisodeConfig
 from scenarios.run_episode import begin
 from tissue_sim.frames import Array
@@ -39,16 +36,6 @@ ROUNDING = 1e-9  # rad or m
 CROWDS = {"20 to 29 near pairs": ANY_NUMBER[20:30], "30 or more": ANY_NUMBER[30:]}
 CALLS, WARM_UP = 200, 20
 QUERIES = "distance queries"
-
-
-def run_trials(
-    seed: int, episodes: int, workers: int, in_world: int = IN_WORLD
-) -> list[AttackTrial]:
-    """Attack each patient from `seed` on, with a progress bar; return the trials in order."""
-    seeds = range(seed, seed + episodes)
-    attempt = TrialAttempt(run=partial(run_trial, in_world=in_world), lost=lost_trial)
-    trials = run_all("attacks", seeds, workers, attempt)
-    return sorted(trials, key=lambda trial: trial.seed)
 
 
 def depth_tables(trials: Sequence[AttackTrial]) -> list[Table]:
@@ -64,9 +51,7 @@ def depth_tables(trials: Sequence[AttackTrial]) -> list[Table]:
 
 
 def _depth_table(title: str, pairs: Sequence[Pair]) -> Table:
-    table = Table(title=f"{len(pairs)} {title}")
-    for heading in ("measured", "without", "with the filter"):
-        table.add_column(heading, justify="left" if heading == "measured" else "right")
+    table = table_of(f"{len(pairs)} {title}", ("measured",), ("without", "with the filter"), ())
     sides = [[p.without for p in pairs], [p.filtered for p in pairs]]
     for obstacle in sorted({name for run in sides[0] for name in run.depth_m}):
         deepest = [max(r.depth_m.get(obstacle, 0.0) for r in runs) for runs in sides]
@@ -118,12 +103,13 @@ def time_table(seed: int) -> Table:
     """Time each stage of the filter: among many near pairs, and in an episode."""
     laps = {name: _crowded(seed, pairs) for name, pairs in CROWDS.items()}
     laps["the expert"] = _in_episode(seed)
-    table = Table(title=f"safety filter, seed {seed}, one thread: median and 99 % (ms)")
-    table.add_column("stage")
-    for name, of_case in laps.items():
-        table.add_column(f"{name}, {len(of_case.whole_s)} calls", justify="right")
-    for stage in next(iter(laps.values())).stages_s:
-        table.add_row(stage, *(_cell(of_case.stages_s[stage]) for of_case in laps.values()))
+    cases = [f"{name}, {len(of_case.whole_s)} calls" for name, of_case in laps.items()]
+    rows = (
+        (stage, *(_cell(of_case.stages_s[stage]) for of_case in laps.values()))
+        for stage in next(iter(laps.values())).stages_s
+    )
+    title = f"safety filter, seed {seed}, one thread: median and 99 % (ms)"
+    table = table_of(title, ("stage",), cases, rows)
     table.add_section()
     sums = {
         "whole": [lap.whole_s for lap in laps.values()],

@@ -14,6 +14,7 @@ from rich.table import Table
 
 from scenarios.bench.stopwatch import Stopwatch
 from scenarios.episode import Episode
+from scenarios.files.outside_text import table_of
 from scenarios.loop.episode_config import EpisodeConfig
 from scenarios.loop.step import Step
 from scenarios.run_episode import begin
@@ -82,15 +83,16 @@ def _table(stopwatch: Stopwatch, title: str) -> Table:
         name: 1e3 * np.array([lap[name] for lap in stopwatch.stages_s])
         for name in stopwatch.stages_s[0]
     }
-    table = Table(title=title)
-    table.add_column("stage")
-    for heading in ("mean (ms)", "p95 (ms)", "share"):
-        table.add_column(heading, justify="right")
-    for name, times_ms in (stages | {"whole step": whole_ms}).items():
-        share = times_ms.sum() / whole_ms.sum()
-        p95_ms = np.percentile(times_ms, 95)
-        table.add_row(name, f"{times_ms.mean():.3f}", f"{p95_ms:.3f}", f"{share:.1%}")
-    return table
+    rows = (
+        (
+            name,
+            f"{times_ms.mean():.3f}",
+            f"{np.percentile(times_ms, 95):.3f}",
+            f"{times_ms.sum() / whole_ms.sum():.1%}",
+        )
+        for name, times_ms in (stages | {"whole step": whole_ms}).items()
+    )
+    return table_of(title, ("stage",), ("mean (ms)", "p95 (ms)", "share"), rows)
 
 
 def _start_s(seed: int) -> float:

@@ -10,11 +10,11 @@ import numpy as np
 from numpy.typing import NDArray
 from rich.table import Table
 
-from scenarios.bench.newton_solver import bench_newton
 from scenarios.bench.stopwatch import Stopwatch
 from scenarios.catalogue import WITNESS
 from scenarios.episode import Episode
 from scenarios.files.errors import BadInputError
+from scenarios.files.outside_text import table_of
 from scenarios.loop.episode_config import EpisodeConfig
 from scenarios.run_episode import begin
 from tissue_sim import world as world_module
@@ -23,8 +23,6 @@ from tissue_sim.world import World
 
 def bench_world(*, seed: int, steps: int) -> tuple[Table | str, ...]:
     """Time the world under scripted planner and expert after the grasp of the gallbladder.
-
-    Then time the tissue alone against Newton's.
 
     Raises:
         BadInputError: The expert does not grasp this patient's gallbladder.
@@ -38,12 +36,7 @@ def bench_world(*, seed: int, steps: int) -> tuple[Table | str, ...]:
         for _ in islice(control_steps, steps):
             pass
     cores = (process_time() - start_cpu_s) / (perf_counter() - start_s)
-    return (
-        _table(stopwatch, seed),
-        _speed(stopwatch, episode, cores),
-        _size(episode.world),
-        bench_newton(seed=seed),
-    )
+    return _table(stopwatch, seed), _speed(stopwatch, episode, cores), _size(episode.world)
 
 
 def watch_step(world: World) -> Stopwatch:
@@ -70,12 +63,9 @@ def _table(stopwatch: Stopwatch, seed: int) -> Table:
         for name in stopwatch.stages_s[0]
     }
     whole_ms = 1e3 * np.array(stopwatch.whole_s)
-    table = Table(title=f"world step, seed {seed}, {len(whole_ms)} control steps from the grasp on")
-    table.add_column("stage")
-    for heading in ("median (ms)", "p95 (ms)", "share"):
-        table.add_column(heading, justify="right")
-    for name, times_ms in stages_ms.items():
-        table.add_row(name, *_cells(times_ms, whole_ms))
+    title = f"world step, seed {seed}, {len(whole_ms)} control steps from the grasp on"
+    rows = ((name, *_cells(times_ms, whole_ms)) for name, times_ms in stages_ms.items())
+    table = table_of(title, ("stage",), ("median (ms)", "p95 (ms)", "share"), rows)
     table.add_section()
     medians_ms = sum(np.median(times_ms) for times_ms in stages_ms.values())
     table.add_row("sum of the stages' medians", f"{medians_ms:.3f}", "", "")

@@ -7,7 +7,7 @@ from typing import Annotated
 from tyro.conf import OmitSubcommandPrefixes, subcommand
 
 from scenarios.commands.folder_options import require_kernel_cache
-from scenarios.commands.interaction_benches import BenchLatency, Distances, Faults, Language, Viewer
+from scenarios.commands.interaction_benches import Distances, Faults
 from scenarios.commands.policy_benches import (
     BenchController,
     BenchPlanner,
@@ -43,9 +43,6 @@ class Bench:
         | Annotated[BenchPlanner, subcommand("planner")]
         | Annotated[Corrections, subcommand("corrections")]
         | Annotated[Distances, subcommand("distances")]
-        | Annotated[BenchLatency, subcommand("latency")]
-        | Annotated[Viewer, subcommand("viewer")]
-        | Annotated[Language, subcommand("language")]
         | Annotated[Population, subcommand("population")]
         | Annotated[Faults, subcommand("faults")]
     ]

@@ -1,4 +1,4 @@
-"""What benches share: their printed report, and the options of a controller on trial.
+"""What benches share: their run, their printed report, and the options of a controller on trial.
 
 A report tells the machine that measured it. The controller acts under the scripted planner, with
 its usual sense.
@@ -7,20 +7,62 @@ its usual sense.
 from __future__ import annotations
 
 import os
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any, Literal
+from typing import TYPE_CHECKING, Annotated, Any, Literal, TypeVar
 
 from tyro.conf import arg
 
 from scenarios.catalogue import usual_sense
 from scenarios.commands.policy_options import require_checkpoint
 from scenarios.commands.typed_options import MOST_SEED, at_least
-from scenarios.files.outside_text import output
+from scenarios.files.outside_text import Terminal, output
 
 if TYPE_CHECKING:
+    from scenarios.bench.trials.run_trials import Trial, TrialAttempt
     from scenarios.loop.episode_config import EpisodeConfig
+
+Result = TypeVar("Result", bound="Trial")
+
+
+def measure(what: str, bench: Callable[[], Iterable[Any]]) -> int:
+    """Run a bench below a status line, and print its report; return 0."""
+    with Terminal(stderr=True).status(f"measuring: {what}"):
+        report = list(bench())
+    show(report)
+    return 0
+
+
+class TrialBench:
+    """A command that runs one trial on each patient from a seed on."""
+
+    seed: int
+    episodes: int
+    workers: int
+
+    def report_trials(
+        self,
+        what: str,
+        attempt: TrialAttempt[Result],
+        report: Callable[[Sequence[Result], list[str]], Iterable[Any]],
+        broken_lines: Callable[[Sequence[Result]], list[str]] | None = None,
+    ) -> int:
+        """Run the trials and print their report; return 1 if anything is broken.
+
+        Args:
+            what: Name of the trials, for the progress bar.
+            attempt: Runs one trial.
+            report: Makes the report of the trials and of the lines that say what is broken.
+            broken_lines: Returns these lines; by default one for each error.
+        """
+        from scenarios.bench.trials.run_trials import error_lines, run_all
+
+        seeds = range(self.seed, self.seed + self.episodes)
+        trials = run_all(what, seeds, self.workers, attempt)
+        broken = (broken_lines or error_lines)(trials)
+        show(report(trials, broken))
+        return 1 if broken else 0
 
 
 def show(report: Iterable[Any]) -> None:

@@ -20,7 +20,7 @@ warp.config.quiet = True
 print(json.dumps({"torch": torch.cuda.is_available(), "warp": warp.get_cuda_device_count() > 0}))
 """
 
-EXTRAS = {"lerobot": "lerobot", "cluster": "ray", "browser": "playwright", "newton": "newton"}
+EXTRAS = {"lerobot": "lerobot", "cluster": "ray", "browser": "playwright"}
 """The package of each extra of pyproject.toml that adds something to use."""
 
 _RENDERERS = {

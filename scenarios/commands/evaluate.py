@@ -140,10 +140,7 @@ class Evaluate:
             with display, closing(self._ended(due, display)) as arriving:
                 for ended in arriving:
                     if ended.unwritable is not None:
-                        raise BadInputError(
-                            f"--out: cannot write {ended.unwritable}; finished episodes are kept:"
-                            " free some space and run the command again"
-                        )
+                        raise _no_room(ended.unwritable)
                     results[ended.case] = ended.result
                     self._note(ended)
                     display.advance()
@@ -156,7 +153,7 @@ class Evaluate:
         try:
             note(self.out, ended.case)
         except OSError as error:
-            raise self._no_room(self.out / SUMS, error) from None
+            raise _no_room(f"{self.out / SUMS} ({error.strerror})") from None
 
     def _ended(self, due: Sequence[Case], display: ProgressDisplay) -> Generator[Ended, None, None]:
         from scenarios.evaluation.case import after_death, attempt
@@ -174,9 +171,9 @@ class Evaluate:
     def _report(self, plan: Plan, results: Mapping[Case, EpisodeResult]) -> Report:
         """Write the report and show it."""
         from scenarios.evaluation.folder import open_folder
-        from scenarios.evaluation.page.whole import page
+        from scenarios.evaluation.page import page
         from scenarios.evaluation.report import document, report_of
-        from scenarios.evaluation.terminal_tables import tables
+        from scenarios.evaluation.tables import tables
 
         open_folder(self.out, self.arms)  # the folder may have vanished
         report, made_with = report_of(plan, results, self.out), self._made_with()
@@ -184,8 +181,9 @@ class Evaluate:
         self._write(RESULTS, dumps(told, indent=2) + "\n")
         self._write("report.html", page(report, made_with))
         console = output()
-        for table in tables(report):
-            console.print(table)
+        for table in tables(report).values():
+            if table.rows and not table.page_only:
+                console.print(table.drawn())
         for name in (RESULTS, "report.html"):
             console.print(f"{self.out / name}", highlight=False, markup=False, soft_wrap=True)
         return report
@@ -203,13 +201,7 @@ class Evaluate:
         try:
             write_atomic(self.out / name, text.encode())
         except OSError as error:
-            raise self._no_room(self.out / name, error) from None
-
-    def _no_room(self, path: Path, error: OSError) -> BadInputError:
-        return BadInputError(
-            f"--out: cannot write {path} ({error.strerror}); finished episodes are kept: free some"
-            " space and run the command again"
-        )
+            raise _no_room(f"{self.out / name} ({error.strerror})") from None
 
     def _verdict(self, report: Report) -> int:
         from scenarios.evaluation.report import lowest_pass_rate
@@ -223,6 +215,13 @@ class Evaluate:
         line = f"{arm} passes {rate:.3f} of {suite}, less than --fail-under {self.fail_under:g}"
         Terminal().print(line, highlight=False, markup=False, soft_wrap=True)
         return FAILED
+
+
+def _no_room(unwritable: str) -> BadInputError:
+    return BadInputError(
+        f"--out: cannot write {unwritable}; finished episodes are kept: free some space and run"
+        " the command again"
+    )
 
 
 @contextmanager

@@ -1,39 +1,16 @@
-"""Benches of what comes from outside: a person's orders, open pages, and tampered input.
-
-They measure what a person notices, and what faults do to running commands.
-"""
+"""Benches of what comes from outside: a person's distances, and tampered input."""
 
 from dataclasses import dataclass
 from typing import Annotated, Literal
 
-from scenarios.commands.bench_shared import ControllerOnTrial, show
-from scenarios.commands.typed_options import MOST_SEED, at_least
+from scenarios.commands.bench_shared import TrialBench, show
+from scenarios.commands.typed_options import at_least
 from scenarios.files.errors import FAILED
 from scenarios.files.outside_text import Terminal
 
 
 @dataclass(frozen=True, kw_only=True)
-class BenchLatency(ControllerOnTrial):
-    """Measure the time from submitted text to the first joint command that it changes."""
-
-    controller: Literal["diffusion", "expert"] = "expert"
-    """Which controller."""
-    texts: Annotated[int, at_least(1)] = 50
-    """Largest number of texts; an episode has time for about 50."""
-
-    def execute(self) -> int:
-        """Measure and report; return 0."""
-        from scenarios.bench.latency import latency_table
-
-        config = self.config()
-        with Terminal(stderr=True).status("measuring: latency"):
-            table = latency_table(config, self.texts)
-        show([table])
-        return 0
-
-
-@dataclass(frozen=True, kw_only=True)
-class Distances:
+class Distances(TrialBench):
     """Check that arms go as far as a person says: in an exchange, at work and in a hold."""
 
     seed: Annotated[int, at_least(0)] = 10_000
@@ -45,53 +22,20 @@ class Distances:
 
     def execute(self) -> int:
         """Measure and report; return 1 if an error ended a trial."""
-        from scenarios.bench.distances import distances_table, run_trials
-        from scenarios.bench.trials.run_trials import error_lines
+        from scenarios.bench.trials.distance_trial import (
+            DistanceExamination,
+            DistanceTrial,
+            distances_table,
+        )
+        from scenarios.bench.trials.run_trials import TrialAttempt
         from scenarios.loop.episode_config import EpisodeConfig
 
         config = EpisodeConfig(scenario="textbook", seed=self.seed)
-        trials = run_trials(config, self.episodes, self.workers)
-        errors = error_lines(trials)
-        show([distances_table(trials), *errors])
-        return 1 if errors else 0
-
-
-@dataclass(frozen=True, kw_only=True)
-class Viewer:
-    """Measure the cost of an open page for the loop, and the delay of a click, in Chromium."""
-
-    seed: Annotated[int, at_least(0, MOST_SEED)] = 10_000
-    """Seed of the anatomy."""
-    repeats: Annotated[int, at_least(1)] = 3
-    """Number of runs without and with a page, alternating."""
-    clicks: Annotated[int, at_least(1)] = 40
-    """Number of buttons pressed, and of sentences sent."""
-
-    def execute(self) -> int:
-        """Measure and report; return 0."""
-        from scenarios.bench.viewer import bench_viewer
-
-        with Terminal(stderr=True).status("measuring: viewer"):
-            tables = bench_viewer(seed=self.seed, repeats=self.repeats, clicks=self.clicks)
-        show(tables)
-        return 0
-
-
-@dataclass(frozen=True, kw_only=True)
-class Language:
-    """Time the reading of free text, by the grammar alone and with the sentence encoder."""
-
-    repeats: Annotated[int, at_least(1)] = 10
-    """Number of readings of every command."""
-
-    def execute(self) -> int:
-        """Measure and report; return 0."""
-        from scenarios.bench.language import bench_language
-
-        with Terminal(stderr=True).status("measuring: language"):
-            table = bench_language(self.repeats)
-        show([table])
-        return 0
+        return self.report_trials(
+            "distances",
+            TrialAttempt(run=DistanceExamination(config=config), lost=DistanceTrial.lost),
+            lambda trials, errors: [distances_table(trials), *errors],
+        )
 
 
 @dataclass(frozen=True, kw_only=True)

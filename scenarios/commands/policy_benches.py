@@ -1,12 +1,13 @@
 """Benches of planner, controller and safety filter."""
 
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 from typing import Annotated, Literal
 
 from tyro.conf import arg
 
-from scenarios.commands.bench_shared import ControllerOnTrial, show
+from scenarios.commands.bench_shared import ControllerOnTrial, TrialBench, measure
 from scenarios.commands.typed_options import MOST_SEED, MOST_WORKERS, at_least, one_of
 from scenarios.files.outside_text import Terminal
 
@@ -31,12 +32,12 @@ class BenchController:
         """Measure and report; return 0."""
         from scenarios.bench.controller import bench_controller
 
-        with Terminal(stderr=True).status("measuring: controller"):
-            report = bench_controller(
+        return measure(
+            "controller",
+            lambda: bench_controller(
                 checkpoint=self.checkpoint, seed=self.seed, repeats=self.repeats, steps=self.steps
-            )
-        show(report)
-        return 0
+            ),
+        )
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -52,14 +53,11 @@ class BenchPlanner:
         """Measure and report; return 0."""
         from scenarios.bench.planner import bench_planner
 
-        with Terminal(stderr=True).status("measuring: planner"):
-            table = bench_planner(self.planner_checkpoint, self.data)
-        show([table])
-        return 0
+        return measure("planner", lambda: [bench_planner(self.planner_checkpoint, self.data)])
 
 
 @dataclass(frozen=True, kw_only=True)
-class Obedience(ControllerOnTrial):
+class Obedience(ControllerOnTrial, TrialBench):
     """Check whether each correction is obeyed, and the tube is clipped that is told.
 
     A planner's correction is heard by the controller alone; a person's is carried out by rule.
@@ -74,17 +72,20 @@ class Obedience(ControllerOnTrial):
 
     def execute(self) -> int:
         """Measure and report; return 1 if an error ended a trial."""
-        from scenarios.bench.obedience import obedience_table, run_trials
-        from scenarios.bench.trials.run_trials import error_lines
+        from scenarios.bench.obedience import obedience_table
+        from scenarios.bench.trials.obedience_trial import ObedienceExamination, ObedienceTrial
+        from scenarios.bench.trials.run_trials import TrialAttempt
 
-        trials = run_trials(self.config(), self.episodes, self.workers, self.by)
-        errors = error_lines(trials)
-        show([obedience_table(trials), *errors])
-        return 1 if errors else 0
+        examination = ObedienceExamination(config=self.config(), by=self.by)
+        return self.report_trials(
+            "words",
+            TrialAttempt(run=examination, lost=ObedienceTrial.lost),
+            lambda trials, errors: [obedience_table(trials), *errors],
+        )
 
 
 @dataclass(frozen=True, kw_only=True)
-class Corrections(ControllerOnTrial):
+class Corrections(ControllerOnTrial, TrialBench):
     """Measure the gain of a correction after an arm was led astray: with and without it."""
 
     scenario: Annotated[str, one_of(ASTRAY)] = "overshoot"
@@ -96,17 +97,20 @@ class Corrections(ControllerOnTrial):
 
     def execute(self) -> int:
         """Measure and report; return 1 if an error ended a trial."""
-        from scenarios.bench.corrections import corrections_table, run_trials
-        from scenarios.bench.trials.run_trials import error_lines
+        from scenarios.bench.corrections import corrections_table
+        from scenarios.bench.trials.correction_trial import CorrectionTrial, ForkComparison
+        from scenarios.bench.trials.run_trials import TrialAttempt
 
-        trials = run_trials(self.config(self.scenario), self.episodes, self.workers)
-        errors = error_lines(trials)
-        show([corrections_table(trials), *errors])
-        return 1 if errors else 0
+        comparison = ForkComparison(config=self.config(self.scenario))
+        return self.report_trials(
+            "corrections",
+            TrialAttempt(run=comparison, lost=CorrectionTrial.lost),
+            lambda trials, errors: [corrections_table(trials), *errors],
+        )
 
 
 @dataclass(frozen=True, kw_only=True)
-class Safety:
+class Safety(TrialBench):
     """Check that the safety filter withstands attacks on each patient, and time it."""
 
     seed: Annotated[int, at_least(0, MOST_SEED)] = 10_000
@@ -120,11 +124,15 @@ class Safety:
 
     def execute(self) -> int:
         """Measure and report; return 1 if an attack passed the filter."""
-        from scenarios.bench.safety import broken_lines, depth_tables, run_trials, time_table
+        from scenarios.bench.safety import broken_lines, depth_tables, time_table
+        from scenarios.bench.trials.attack_trial import AttackTrial, run_trial
+        from scenarios.bench.trials.run_trials import TrialAttempt
 
         with Terminal(stderr=True).status("measuring: safety filter"):
             times = time_table(self.seed)
-        trials = run_trials(self.seed, self.episodes, self.workers, self.in_world)
-        broken = broken_lines(trials)
-        show([*depth_tables(trials), *broken, times])
-        return 1 if broken else 0
+        return self.report_trials(
+            "attacks",
+            TrialAttempt(run=partial(run_trial, in_world=self.in_world), lost=AttackTrial.lost),
+            lambda trials, broken: [*depth_tables(trials), *broken, times],
+            broken_lines,
+        )

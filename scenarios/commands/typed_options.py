@@ -1,16 +1,20 @@
 """Argument types whose help says what they allow."""
 
 import re
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable, Sequence
+from functools import partial
 from pathlib import Path
+from typing import TypeVar
 
 from tyro.constructors import PrimitiveConstructorSpec
 
 from scenarios.evaluation.arm import FORM, StudyArm, arm_from_text
 
 LONGEST_SHOWN = 40  # characters
+FACTORY = "MODULE:FACTORY"
 _FACTORY = re.compile(r"[A-Za-z_][\w.]*:[A-Za-z_][\w.]*")
 
+T = TypeVar("T")
 
 MOST = 100_000  # of anything that can be counted; assumed: months of episodes on one machine
 MOST_SEED = 2**32 - 1
@@ -21,105 +25,48 @@ MOST_STEPS = 10**9  # of an optimiser
 def at_least(minimum: int, most: int = MOST) -> PrimitiveConstructorSpec[int | None]:
     """Return the type of a whole number from `minimum` to `most`, to annotate int or None with."""
 
-    def parse(words: list[str]) -> int:
-        word = words[0]
-        if not word.isdecimal():
-            raise ValueError(f"{word!r} is not a whole number of at least {minimum}")
-        if len(word.lstrip("0")) > len(str(most)) or int(word) > most:
+    def parse(word: str) -> int:
+        if word.isdecimal() and (len(word.lstrip("0")) > len(str(most)) or int(word) > most):
             shown = word if len(word) <= LONGEST_SHOWN else f"{word[:LONGEST_SHOWN]}..."
             raise ValueError(f"{shown!r} is not a whole number of at most {most}")
-        if int(word) < minimum:
+        if not word.isdecimal() or int(word) < minimum:
             raise ValueError(f"{word!r} is not a whole number of at least {minimum}")
         return int(word)
 
-    return PrimitiveConstructorSpec(
-        nargs=1,
-        metavar="N",
-        instance_from_str=parse,
-        is_instance=lambda value: value is None or isinstance(value, int),
-        str_from_instance=lambda value: [str(value)],
-    )
+    return _word("N", parse)
 
 
 def number() -> PrimitiveConstructorSpec[float | None]:
     """Return the type of an optional number, to annotate a float | None with."""
 
-    def parse(words: list[str]) -> float:
+    def parse(word: str) -> float:
         try:
-            return float(words[0])
+            return float(word)
         except ValueError:
-            raise ValueError(f"{words[0]!r} is not a number") from None
+            raise ValueError(f"{word!r} is not a number") from None
 
-    return PrimitiveConstructorSpec(
-        nargs=1,
-        metavar="X",
-        instance_from_str=parse,
-        is_instance=lambda value: value is None or isinstance(value, float),
-        str_from_instance=lambda value: [str(value)],
-    )
+    return _word("X", parse)
 
 
 def one_of(names: Iterable[str]) -> PrimitiveConstructorSpec[str | None]:
     """Return the type of a name among `names`, to annotate a str or None with."""
     allowed = tuple(names)
-
-    def parse(words: list[str]) -> str:
-        if words[0] not in allowed:
-            raise ValueError(f"unknown {words[0]!r}; allowed: {', '.join(allowed)}")
-        return words[0]
-
-    return PrimitiveConstructorSpec(
-        nargs=1,
-        metavar=f"{{{','.join(allowed)}}}",
-        instance_from_str=parse,
-        is_instance=lambda value: value is None or isinstance(value, str),
-        str_from_instance=lambda value: [str(value)],
-    )
+    return _word(f"{{{','.join(allowed)}}}", partial(_require_one, allowed))
 
 
-def policy_of(
-    names: Iterable[str], other: str = "MODULE:FACTORY"
-) -> PrimitiveConstructorSpec[str | None]:
+def policy_of(names: Iterable[str], other: str = FACTORY) -> PrimitiveConstructorSpec[str | None]:
     """Return the type of a name of what acts: among `names`, or one from outside."""
-    allowed = (*names, other)
-
-    def parse(words: list[str]) -> str:
-        if words[0] not in allowed and not _FACTORY.fullmatch(words[0]):
-            raise ValueError(f"unknown {words[0]!r}; allowed: {', '.join(allowed)}")
-        return words[0]
-
-    return PrimitiveConstructorSpec(
-        nargs=1,
-        metavar=f"{{{','.join(allowed)}}}",
-        instance_from_str=parse,
-        is_instance=lambda value: value is None or isinstance(value, str),
-        str_from_instance=lambda value: [str(value)],
-    )
+    return one_of((*names, other))
 
 
-def text_of(path: Path | None) -> str | None:
-    """Return a path as configurations keep it."""
-    return None if path is None else str(path)
-
-
-def some_of(names: Iterable[str]) -> PrimitiveConstructorSpec[tuple[str, ...]]:
+def some_of(names: Iterable[str]) -> PrimitiveConstructorSpec[tuple[str, ...] | None]:
     """Return the type of names among `names`, separated by commas, each once."""
     allowed = tuple(names)
 
-    def parse(words: list[str]) -> tuple[str, ...]:
-        given = tuple(dict.fromkeys(words[0].split(",")))
-        for name in given:
-            if name not in allowed:
-                raise ValueError(f"unknown {name!r}; allowed: {', '.join(allowed)}")
-        return given
+    def parse(word: str) -> tuple[str, ...]:
+        return tuple(dict.fromkeys(_require_one(allowed, name) for name in word.split(",")))
 
-    return PrimitiveConstructorSpec(
-        nargs=1,
-        metavar="NAME[,NAME...]",
-        instance_from_str=parse,
-        is_instance=lambda value: isinstance(value, tuple),
-        str_from_instance=lambda value: [",".join(value)],
-    )
+    return _word("NAME[,NAME...]", parse, ",".join)
 
 
 def some_arms() -> PrimitiveConstructorSpec[tuple[StudyArm, ...]]:
@@ -137,3 +84,28 @@ def some_arms() -> PrimitiveConstructorSpec[tuple[StudyArm, ...]]:
         is_instance=lambda value: isinstance(value, tuple),
         str_from_instance=lambda value: [arm.name for arm in value],
     )
+
+
+def text_of(path: Path | None) -> str | None:
+    """Return a path as configurations keep it."""
+    return None if path is None else str(path)
+
+
+def _word(
+    metavar: str, parse: Callable[[str], T], shown: Callable[[T], str] = str
+) -> PrimitiveConstructorSpec[T | None]:
+    """Return the type of one word; `shown` shows a default in the help."""
+    return PrimitiveConstructorSpec(
+        nargs=1,
+        metavar=metavar,
+        instance_from_str=lambda words: parse(words[0]),
+        is_instance=lambda _: True,
+        str_from_instance=lambda value: [str(value) if value is None else shown(value)],
+    )
+
+
+def _require_one(allowed: Sequence[str], word: str) -> str:
+    outside = any(name.startswith("MODULE:") for name in allowed)
+    if word in allowed or (outside and _FACTORY.fullmatch(word)):
+        return word
+    raise ValueError(f"unknown {word!r}; allowed: {', '.join(allowed)}")

@@ -25,9 +25,6 @@ from scenarios.files.errors import describe_error
 from scenarios.loop.results import EpisodeResult
 from scenarios.workers.process import importing, saving
 
-if TYPE_CHECKING:
-    from tissue_sim.world import World
-
 if TYPE_CHECKING:  # heavy to import
     from numpy.random import Generator
 
@@ -38,6 +35,7 @@ if TYPE_CHECKING:  # heavy to import
     from scenarios.loop.episode_config import EpisodeConfig
     from scenarios.loop.observer import Observer
     from tissue_sim.sensing.observation import Observation
+    from tissue_sim.world import World
 
 PARTS, FAILED, ERRORS = "parts", "failed", "errors"
 

@@ -43,11 +43,9 @@ from tissue_sim.constants import WORLD_VERSION
 from tissue_sim.outcome.room import why_call
 from tissue_sim.patient.anatomy import Anatomy, anatomy_from_seed
 
-if TYPE_CHECKING:
-    from tissue_sim.world import World
-
 if TYPE_CHECKING:  # heavy to import
     from tissue_sim.sensing.observation import Observation
+    from tissue_sim.world import World
 
 PICTURED = (
     NOMINAL,

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 from typing import Any
 
 from scenarios.catalogue import usual_sense
@@ -17,16 +17,8 @@ from scenarios.files.errors import BadInputError
 from scenarios.loop.episode_config import Stack
 
 FORM = "NAME=PLANNER+CONTROLLER[,OPTION=VALUE...]"
-OPTIONS = (
-    "filter",
-    "checkpoint",
-    "planner-checkpoint",
-    "ablation",
-    "sense",
-    "perception-checkpoint",
-    "person",
-    "cameras",
-)
+_NAMED = {"planner", "controller", "safety_filter"}  # before the options, or "filter"
+OPTIONS = ("filter", *(f.name.replace("_", "-") for f in fields(Stack) if f.name not in _NAMED))
 _NAME = re.compile(r"[A-Za-z0-9][A-Za-z0-9._+-]*")  # also a folder's
 
 
@@ -39,11 +31,6 @@ class StudyArm(Stack):
     """
 
     name: str
-
-    @property
-    def choices(self) -> dict[str, Any]:
-        """Return all fields but the name, as `EpisodeConfig` takes them."""
-        return self.stack
 
 
 def arm_from_text(text: str) -> StudyArm:

@@ -35,7 +35,7 @@ class Case:
             scenario=self.condition.scenario,
             magnitude=self.condition.magnitude,
             seed=self.seed,
-            **self.arm.choices,
+            **self.arm.stack,
         )
 
     @property

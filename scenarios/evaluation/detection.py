@@ -14,14 +14,14 @@ from dataclasses import dataclass
 from itertools import pairwise
 from statistics import median
 
-from scenarios.loop.results import EpisodeResult, wilson_interval
+from scenarios.loop.results import EpisodeResult
 
 FALSE_ALARMS = 0.05  # of passed episodes, at most, on average over calibration sets
 
 
 @dataclass(frozen=True, kw_only=True)
 class Share:
-    """A share `count` of `of`, with Wilson's interval."""
+    """A share `count` of `of`."""
 
     count: int
     of: int
@@ -30,11 +30,6 @@ class Share:
     def rate(self) -> float | None:
         """Return the share; None if `of` is 0."""
         return self.count / self.of if self.of else None
-
-    @property
-    def wilson_95(self) -> tuple[float, float]:
-        """Return the interval by `scenarios.loop.results`."""
-        return wilson_interval(self.count, self.of)
 
 
 @dataclass(frozen=True, kw_only=True)

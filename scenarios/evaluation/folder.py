@@ -72,7 +72,7 @@ def finished(folder: Path, plan: Plan) -> dict[Case, EpisodeResult]:
         sums = read_sums(folder)
     except (OSError, ValueError) as error:
         raise BadInputError(f"--out: {error}; remove it, or name another folder") from None
-    digests = {arm: checkpoint_digests(EpisodeConfig(**arm.choices)) for arm in plan.arms}
+    digests = {arm: checkpoint_digests(EpisodeConfig(**arm.stack)) for arm in plan.arms}
     found: dict[Case, EpisodeResult] = {}
     while new := {
         case: result
@@ -163,6 +163,6 @@ def _made_with() -> dict[str, Any]:
 
 def _described(arm: StudyArm) -> dict[str, Any]:
     """Return the system as plain data: checkpoints and users' code by content, not by path."""
-    choices = {k: v for k, v in arm.choices.items() if not k.endswith("checkpoint")}
-    digests = checkpoint_digests(EpisodeConfig(**arm.choices))
+    choices = {k: v for k, v in arm.stack.items() if not k.endswith("checkpoint")}
+    digests = checkpoint_digests(EpisodeConfig(**arm.stack))
     return plain(choices) | {"checkpoints": digests} | outside(arm)

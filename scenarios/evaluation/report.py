@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
@@ -19,7 +19,7 @@ from scenarios.evaluation.published import TASKS
 from scenarios.evaluation.sensed import SensedFigures, sensed_figures
 from scenarios.evaluation.sensitivity import ThresholdSensitivity, sensitivity
 from scenarios.evaluation.strata import Strata, strata
-from scenarios.loop.results import EpisodeResult, SafetyResult, Summary, summarise
+from scenarios.loop.results import EpisodeResult, Summary, summarise
 from scenarios.recording.reasons import in_detail, reason
 from scenarios.suites import Condition, Ladder, Suite
 
@@ -74,6 +74,8 @@ class SuiteReport:
     """One system in one suite.
 
     Attributes:
+        episodes: What `calot run` says of each, by condition and in the order of seeds, with the
+            condition's name. The safety filter's ledgers are only in the recordings.
         missing: Number of episodes not run because the evaluation was interrupted.
         conditions: Pass rates by condition, without ladders.
         strata: Pass rates by the patients' anatomy, without ladders.
@@ -81,9 +83,9 @@ class SuiteReport:
         sensed: Errors of the observations, by sense.
         sensitivity: Sensitivity of the pass rate to each threshold.
         tasks: Figures of the kinds of task that SRT-H reports, by SRT-H's names.
-        results: The episodes by condition, in the order of seeds.
     """
 
+    episodes: tuple[dict[str, Any], ...]
     summary: Summary
     missing: int
     figures: Figures
@@ -95,7 +97,6 @@ class SuiteReport:
     sensed: tuple[SensedFigures, ...]
     sensitivity: tuple[ThresholdSensitivity, ...]
     tasks: dict[str, TaskFigures]
-    results: tuple[tuple[str, EpisodeResult], ...]
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -109,7 +110,7 @@ class ArmReport:
             its reason.
         right_calls: The same with need.
         errors: Episodes that broke off, which do not count as failures.
-        detection: Over all suites; None if the planner gives no chance of failure.
+        failure_detection: Over all suites; None if the planner gives no chance of failure.
     """
 
     arm: StudyArm
@@ -118,7 +119,7 @@ class ArmReport:
     needless_calls: tuple[ReportedEpisode, ...]
     right_calls: tuple[ReportedEpisode, ...]
     errors: tuple[ReportedEpisode, ...]
-    detection: Detection | None
+    failure_detection: Detection | None
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -169,7 +170,7 @@ def _of_arm(plan: Plan, arm: StudyArm, results: Results, folder: Path) -> ArmRep
         needless_calls=_listed(mine, lambda r: r.is_needless_call),
         right_calls=_listed(mine, lambda r: r.outcome == "called" and not r.is_needless_call),
         errors=_listed(mine, lambda r: r.outcome == "error"),
-        detection=detection(list(judged.values())),
+        failure_detection=detection(list(judged.values())),
     )
 
 
@@ -180,6 +181,7 @@ def _of_suite(
     reasons = Counter(why for r in here.values() if (why := reason(r)) is not None)
     recorded = [case for case in here if (folder / case.recording).exists()]
     return SuiteReport(
+        episodes=tuple(_entry(case, result) for case, result in here.items()),
         summary=summarise(list(here.values())),
         missing=len(plan.asked(arm, suite, mine)) - len(here),
         figures=figures(list(here.values())),
@@ -191,8 +193,12 @@ def _of_suite(
         sensed=sensed_figures(here.values()),
         sensitivity=sensitivity(list(here.values())),
         tasks={task.name: task_figures(here.values(), task) for task in TASKS},
-        results=tuple((case.condition.name, result) for case, result in here.items()),
     )
+
+
+def _entry(case: Case, result: EpisodeResult) -> dict[str, Any]:
+    brief = replace(result, safety=replace(result.safety, ledger=()))
+    return {"condition": case.condition.name} | vars(brief)
 
 
 def _summary(here: Mapping[Case, EpisodeResult], condition: Condition) -> Summary:
@@ -263,39 +269,5 @@ def lowest_pass_rate(report: Report) -> tuple[float, str, str] | None:
 
 
 def document(report: Report, made_with: Mapping[str, Any]) -> dict[str, Any]:
-    """Return the content of results.json: for each system and suite that of `calot run`, and more.
-
-    The safety filter's ledgers are only in the recordings.
-    """
-    return {
-        "arms": {
-            name: {
-                "arm": found.arm,
-                "suites": {suite: _suite_document(s) for suite, s in found.suites.items()},
-                "worst": found.worst,
-                "needless_calls": found.needless_calls,
-                "right_calls": found.right_calls,
-                "errors": found.errors,
-                "failure_detection": found.detection,
-            }
-            for name, found in report.arms.items()
-        },
-        "comparisons": report.comparisons,
-        **made_with,
-    }
-
-
-def _suite_document(suite: SuiteReport) -> dict[str, Any]:
-    own = {name: value for name, value in vars(suite).items() if name != "results"}
-    return {"episodes": _episodes(suite.results)} | own
-
-
-def _episodes(results: Sequence[tuple[str, EpisodeResult]]) -> list[dict[str, Any]]:
-    return [
-        {"condition": condition} | vars(replace(result, safety=_brief(result.safety)))
-        for condition, result in results
-    ]
-
-
-def _brief(safety: SafetyResult) -> SafetyResult:
-    return replace(safety, ledger=())
+    """Return the content of results.json."""
+    return {"arms": report.arms, "comparisons": report.comparisons, **made_with}

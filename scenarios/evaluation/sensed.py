@@ -52,26 +52,22 @@ def _of(sense: str, results: list[EpisodeResult]) -> SensedFigures:
         values = (getattr(r.sensing, name) for r in results)
         return [value for value in values if value is not None]
 
-    def median(name: str) -> float | None:
-        return float(np.median(known(name))) if known(name) else None
-
-    def mean(name: str) -> float | None:
-        return float(np.mean(known(name))) if known(name) else None
-
+    medians, means = (
+        {name: float(of(known(name))) if known(name) else None for name in names}
+        for of, names in ((np.median, MEDIANS), (np.mean, MEANS))
+    )
     return SensedFigures(
         sense=sense,
         episodes=len(results),
-        near_m=median("near_m"),
-        near_p90_m=median("near_p90_m"),
         worst_m=max(known("near_m"), default=None),
-        from_tip_m=median("from_tip_m"),
-        clips_m=median("clips_m"),
-        clips_counted=mean("clips_counted"),
-        cuts_seen=mean("cuts_seen"),
-        within_95=mean("within_95"),
-        hidden=mean("hidden"),
         over_time_m=tuple(_over_time_m(results)),
+        **medians,
+        **means,
     )
+
+
+MEDIANS = ("near_m", "near_p90_m", "from_tip_m", "clips_m")
+MEANS = ("clips_counted", "cuts_seen", "within_95", "hidden")
 
 
 def _over_time_m(results: list[EpisodeResult]) -> Iterator[float | None]:

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
+from bisect import bisect_right
 from collections.abc import Mapping
-from dataclasses import dataclass
 from functools import cache
 
 from scenarios.catalogue import SCENARIOS, SENSE_OF
@@ -11,7 +11,6 @@ from scenarios.evaluation.case import Case
 from scenarios.loop.episode_config import EpisodeConfig
 from scenarios.loop.results import EpisodeResult, Summary, summarise
 from scenarios.perturbation.effects import Effects
-from tissue_sim.patient.anatomy import Anatomy
 from tissue_sim.patient.variants import patient_of
 
 Strata = Mapping[str, Mapping[str, Summary]]
@@ -22,41 +21,25 @@ NAMED = ("usual", "two-arteries", "artery-in-front", "artery-behind", "swapped",
 """The possible values of `Anatomy.variant`, in the order of the report."""
 
 
-@dataclass(frozen=True, kw_only=True)
-class Division:
-    """The division of a number of `Anatomy` into strata; each stratum begins at its cut.
-
-    Attributes:
-        at: The cuts, rising, in SI units; one fewer than `names`.
-    """
-
-    field: str
-    at: tuple[float, ...]
-    names: tuple[str, ...]
-
-    def stratum(self, anatomy: Anatomy) -> str:
-        """Return the name of the patient's stratum."""
-        return self.names[sum(getattr(anatomy, self.field) >= cut for cut in self.at)]
-
-
-DIVISIONS: dict[str, Division] = {  # the cuts of the lengths are assumed
-    "duct length": Division(
-        field="duct_length_m",
-        at=(0.012, 0.020, 0.040),
-        names=("under 12 mm", "12 to 20 mm", "20 to 40 mm", "40 mm or more"),
+DIVISIONS: dict[str, tuple[str, tuple[float, ...], tuple[str, ...]]] = {
+    "duct length": (
+        "duct_length_m",
+        (0.012, 0.020, 0.040),
+        ("under 12 mm", "12 to 20 mm", "20 to 40 mm", "40 mm or more"),
     ),
-    "artery length": Division(
-        field="artery_length_m",
-        at=(0.010, 0.015, 0.025),
-        names=("under 10 mm", "10 to 15 mm", "15 to 25 mm", "25 mm or more"),
+    "artery length": (
+        "artery_length_m",
+        (0.010, 0.015, 0.025),
+        ("under 10 mm", "10 to 15 mm", "15 to 25 mm", "25 mm or more"),
     ),
-    "stiffness": Division(  # thirds of the population, whose stiffness is uniform from 0.5 to 2
-        field="stiffness_scale", at=(1.0, 1.5), names=("soft", "medium", "stiff")
-    ),
+    # thirds of the population, whose stiffness is uniform from 0.5 to 2
+    "stiffness": ("stiffness_scale", (1.0, 1.5), ("soft", "medium", "stiff")),
 }
-NAMES: dict[str, tuple[str, ...]] = {VARIANT: NAMED} | {
-    k: division.names for k, division in DIVISIONS.items()
-}
+"""By property: a field of `Anatomy`, the values at which strata begin (SI), and the strata's names.
+
+The values of the lengths are assumed. The first stratum has no beginning.
+"""
+NAMES = {VARIANT: NAMED} | {prop: names for prop, (_, _, names) in DIVISIONS.items()}
 
 
 def strata(results: Mapping[Case, EpisodeResult]) -> Strata:
@@ -79,5 +62,6 @@ def places(seed: int, scenario: str, magnitude: float | None = None) -> Mapping[
     own = patient_of(seed, SCENARIOS[scenario].variant)
     anatomy = Effects(config.perturbations, seed).on_anatomy(own)
     return {VARIANT: anatomy.variant} | {
-        k: division.stratum(anatomy) for k, division in DIVISIONS.items()
+        prop: names[bisect_right(begins, getattr(anatomy, field))]
+        for prop, (field, begins, names) in DIVISIONS.items()
     }

@@ -3,15 +3,9 @@
 from __future__ import annotations
 
 from scenarios.evaluation.report import Climb
-from scenarios.evaluation.sensed import SensedFigures
 from scenarios.loop.results import Summary
 
 NOTHING = "–"
-SENSED = (
-    "sense", "episodes", "near", "90 %", "worst", "from the tip", "clips", "counted", "cuts",
-    "in 95 %", "hidden",
-)  # fmt: skip
-"""Headings of `sensed`; errors in mm."""
 
 
 def passed(summary: Summary) -> str:
@@ -19,18 +13,13 @@ def passed(summary: Summary) -> str:
     return f"{summary.passed} of {summary.counted}"
 
 
-def counts(summary: Summary) -> str:
-    """Return how many episodes passed, of those that count; and how many called rightly."""
-    told = passed(summary)
-    return f"{told}, {summary.rightly_called} rightly called" if summary.rightly_called else told
-
-
-def called(summary: Summary) -> str:
-    """Return how many episodes called for a person, their share, and how many without need."""
-    if not summary.called:
-        return "0"
-    told = f"{summary.called} ({rate(summary.called / summary.episodes)})"
-    return f"{told}, {summary.needless} without need" if summary.needless else told
+def counts(summary: Summary, missing: int = 0) -> str:
+    """Return how many episodes passed, of those that count, and the numbers of the others."""
+    told = [passed(summary)]
+    told += [f"{summary.rightly_called} rightly called"] if summary.rightly_called else []
+    told += [f"{summary.errors} error{'s' * (summary.errors > 1)}"] if summary.errors else []
+    told += [f"{missing} not run"] if missing else []
+    return ", ".join(told)
 
 
 def end_of(climb: Climb) -> str:
@@ -59,7 +48,7 @@ def rate(value: float | None) -> str:
     return NOTHING if value is None else f"{100.0 * value:z.0f} %"
 
 
-def signed(value: float | None, digits: int = 3, scale: float = 1.0) -> str:
+def signed(value: float | None, digits: int, scale: float = 1.0) -> str:
     """Return a number with its sign."""
     return NOTHING if value is None else f"{scale * value:+z.{digits}f}"
 
@@ -70,21 +59,3 @@ def interval(ends: tuple[float, float] | None, digits: int, scale: float = 1.0) 
         return NOTHING
     low, high = ends
     return f"{scale * low:z.{digits}f} to {scale * high:z.{digits}f}"
-
-
-def sensed(figures: SensedFigures) -> tuple[str, ...]:
-    """Return the figures of the observations' errors."""
-    errors = (
-        figures.near_m,
-        figures.near_p90_m,
-        figures.worst_m,
-        figures.from_tip_m,
-        figures.clips_m,
-    )
-    shares = (figures.clips_counted, figures.cuts_seen, figures.within_95, figures.hidden)
-    return (
-        figures.sense,
-        str(figures.episodes),
-        *(number(error, 2, 1e3) for error in errors),
-        *(NOTHING if share is None else f"{share:.1%}" for share in shares),
-    )

@@ -1,18 +1,21 @@
 """Show text from outside, such as a model's answer or a person's words, as plain text only.
 
 A terminal obeys escape sequences, rich obeys `[markup]`, a browser obeys tags, and both reverse
-text at right-to-left marks. Every console of Calot is a `Terminal`, every page uses `in_html`.
-Reports are printed on `output()`.
+text at right-to-left marks. Every console of Calot is a `Terminal`; pages use `in_html`, or
+`visible` in a template that escapes.
+Reports are printed on `output()`, most of their tables are made by `table_of`.
 """
 
 from __future__ import annotations
 
 import os
+from collections.abc import Iterable, Sequence
 from html import escape
 from typing import Any
 from unicodedata import category
 
 from rich.console import Console
+from rich.table import Table
 from rich.text import Text
 
 from scenarios.files.errors import silence
@@ -61,3 +64,17 @@ def output() -> Terminal:
     if console.is_terminal or "COLUMNS" in os.environ:
         return console
     return Terminal(width=WIDE)
+
+
+def table_of(
+    title: str, names: Sequence[str], figures: Sequence[str], rows: Iterable[Sequence[str]]
+) -> Table:
+    """Return a table: columns of names, flush left, then columns of figures, flush right."""
+    table = Table(title=title)
+    for name in names:
+        table.add_column(name, overflow="fold")
+    for name in figures:
+        table.add_column(name, justify="right")
+    for row in rows:
+        table.add_row(*row)
+    return table

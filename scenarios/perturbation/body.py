@@ -79,12 +79,10 @@ class Breathing(Effect):
         return AtTime(time_s=float(rng.uniform(0.0, BREATH_S)))
 
     def before_step(self, world: World, task: Task) -> None:
-        if not self.applied and self.due(world, task):
-            self._start_s = world.record.time_s
-            self.note(self._start_s)
+        self.begins(world, task)
 
     def offset_m(self, world: World) -> Array | None:
         if not self.applied:
             return None
-        time_s = world.record.time_s + world.config.control_step_s - self._start_s
+        time_s = world.record.time_s + world.config.control_step_s - self.applied[0].time_s
         return self.magnitude * np.sin(2.0 * np.pi * time_s / BREATH_S) * UP

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -36,10 +36,13 @@ class Effect:
     """Applies one perturbation to one episode; this base class changes nothing.
 
     Attributes:
+        tasks: Indices of the tasks in which it may begin; () for the start of the episode.
         magnitude: In the perturbation's unit, above 0.
         at: The onset.
         applied: Its onsets so far.
     """
+
+    tasks: ClassVar[tuple[int, ...]] = ()
 
     def __init__(self, perturbation: Perturbation, rng: np.random.Generator) -> None:
         self._perturbation = perturbation
@@ -48,9 +51,8 @@ class Effect:
         self.applied: list[Applied] = []
 
     def drawn_onset(self, rng: np.random.Generator) -> Onset:
-        """Draw the onset, if it is not set; by default the start of the episode."""
-        del rng
-        return AtTime(time_s=0.0)
+        """Draw the onset, if it is not set."""
+        return AtTask(index=int(rng.choice(self.tasks))) if self.tasks else AtTime(time_s=0.0)
 
     def on_anatomy(self, anatomy: Anatomy) -> Anatomy:
         """Return the patient to operate on."""
@@ -94,6 +96,13 @@ class Effect:
             return task.index == self.at.index
         return world.record.time_s >= self.at.time_s - 1e-9
 
+    def begins(self, world: World, task: Task) -> bool:
+        """Return whether the perturbation begins now, for the first time; note the onset."""
+        if self.applied or not self.due(world, task):
+            return False
+        self.note(world.record.time_s)
+        return True
+
     def note(self, time_s: float) -> None:
         """Record the onset."""
         p = self._perturbation
@@ -107,8 +116,7 @@ class Once(Effect, ABC):
         return AtTime(time_s=float(rng.uniform(EARLIEST_S, LATEST_S)))
 
     def before_step(self, world: World, task: Task) -> None:
-        if not self.applied and self.due(world, task):
-            self.note(world.record.time_s)
+        if self.begins(world, task):
             self.change(world)
 
     @abstractmethod

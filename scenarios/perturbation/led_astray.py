@@ -26,7 +26,7 @@ from planner.procedure.cholecystectomy import TASKS
 from planner.procedure.outcomes import structure_of
 from planner.procedure.task import Task
 from scenarios.perturbation.effect import Effect
-from scenarios.perturbation.perturbation import AtTask, Onset, Perturbation
+from scenarios.perturbation.perturbation import Perturbation
 from tissue_sim.constants import CONTROL_PERIOD_S
 from tissue_sim.frames import Array, rotation_to_6d, unit
 from tissue_sim.patient.organ import TUBES
@@ -54,14 +54,10 @@ class LedAstray(Effect, ABC):
     """Takes over an arm that is about to act in a task, moves it smoothly, and gives it back."""
 
     arm: ClassVar[int] = RIGHT_ARM
-    tasks: ClassVar[tuple[int, ...]] = ()
 
     def __init__(self, perturbation: Perturbation, rng: np.random.Generator) -> None:
         super().__init__(perturbation, rng)
         self._path: Iterator[Waypoint] | None = None
-
-    def drawn_onset(self, rng: np.random.Generator) -> Onset:
-        return AtTask(index=int(rng.choice(self.tasks)))
 
     def lead(self, world: World, task: Task) -> ToolAction | None:
         if self._path is None and self.due(world, task) and self._about_to_act(world, task):

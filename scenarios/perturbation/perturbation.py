@@ -55,3 +55,27 @@ class Perturbation:
                 f"{self.name}: magnitude = {self.magnitude:g} must be {kind} from 0 to "
                 f"{self.most:g} ({self.unit})"
             )
+
+
+Row = tuple[str, str, float, float, str, str]
+
+
+def table(*rows: Row, at: Onset | None = None) -> tuple[Perturbation, ...]:
+    """Return the perturbations of rows: name, effect, magnitude, most, unit, description.
+
+    An effect is MODULE:CLASS of this folder. A whole default magnitude, such as 1, allows whole
+    numbers only.
+    """
+    return tuple(
+        Perturbation(
+            name=name,
+            effect=f"scenarios.perturbation.{effect}",
+            magnitude=magnitude,
+            most=most,
+            unit=unit,
+            description=description,
+            whole=isinstance(magnitude, int),
+            at=at,
+        )
+        for name, effect, magnitude, most, unit, description in rows
+    )

@@ -18,11 +18,10 @@ from scenarios.perturbation.effect import Effect, Once
 from scenarios.perturbation.perturbation import Perturbation
 from tissue_sim.frames import exponential, pose, unit
 
-if TYPE_CHECKING:
-    from tissue_sim.world import World
-
 if TYPE_CHECKING:  # heavy to import
     from torch import Generator, Tensor
+
+    from tissue_sim.world import World
 
 WRISTS = ("wrist_right_tip", "wrist_left_tip")  # in the order in which they go dead
 
@@ -70,8 +69,7 @@ class PictureFault(Effect, ABC):
 
     def before_step(self, world: World, task: Task) -> None:
         """Note the onset."""
-        if not self.applied and self.due(world, task):
-            self.note(world.record.time_s)
+        self.begins(world, task)
 
     def on_picture(self, camera: str, rgb: NDArray[np.uint8]) -> NDArray[np.uint8]:
         """Return the picture (height, width, 3) that the camera delivers."""

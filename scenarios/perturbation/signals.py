@@ -38,8 +38,7 @@ class Latency(Effect):
         self._sent: deque[tuple[int, ToolAction]] = deque()
 
     def before_step(self, world: World, task: Task) -> None:
-        if not self.applied and self.due(world, task):
-            self.note(world.record.time_s)
+        self.begins(world, task)
 
     def on_action(self, action: ToolAction, world: World) -> ToolAction:
         now = round(world.record.time_s / CONTROL_PERIOD_S)
@@ -66,5 +65,4 @@ class SensorError(Effect):
 
     def before_step(self, world: World, task: Task) -> None:
         """Note the onset: the error lasts for the whole episode."""
-        if not self.applied and self.due(world, task):
-            self.note(world.record.time_s)
+        self.begins(world, task)

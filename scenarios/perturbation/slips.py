@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from typing import TYPE_CHECKING, ClassVar
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from planner.procedure.cholecystectomy import TASKS
 from planner.procedure.task import Task
 from scenarios.perturbation.effect import Effect
-from scenarios.perturbation.perturbation import AtTask, Onset, Perturbation
+from scenarios.perturbation.perturbation import Perturbation
 from tissue_sim.outcome.predicates import right_arm_back
 
 if TYPE_CHECKING:
@@ -23,10 +23,7 @@ GRASP_SLIPS_S = 3.0  # assumed: time enough for the pull of the tissue to draw i
 class ClipDropped(Effect):
     """The applier loses its clip near the tube, `magnitude` times in one task."""
 
-    tasks: ClassVar[tuple[int, ...]] = CLIP_TASKS
-
-    def drawn_onset(self, rng: np.random.Generator) -> Onset:
-        return AtTask(index=int(rng.choice(self.tasks)))
+    tasks = CLIP_TASKS
 
     def before_step(self, world: World, task: Task) -> None:
         left = len(self.applied) < self.magnitude and self.due(world, task)
@@ -42,20 +39,15 @@ class GraspSlip(Effect):
     several slips.
     """
 
-    tasks: ClassVar[tuple[int, ...]] = CLIP_TASKS
+    tasks = CLIP_TASKS
 
     def __init__(self, perturbation: Perturbation, rng: np.random.Generator) -> None:
         super().__init__(perturbation, rng)
         self._is_over = False
 
-    def drawn_onset(self, rng: np.random.Generator) -> Onset:
-        return AtTask(index=int(rng.choice(self.tasks)))
-
     def before_step(self, world: World, task: Task) -> None:
-        if not self.applied and self.due(world, task):
-            self._start_s = world.record.time_s
-            self.note(self._start_s)
+        self.begins(world, task)
         if self.applied and not self._is_over:
-            self._is_over = world.record.time_s - self._start_s >= GRASP_SLIPS_S
+            self._is_over = world.record.time_s - self.applied[0].time_s >= GRASP_SLIPS_S
             grip = 1.0 if self._is_over else 1.0 - self.magnitude
             world.conditions = replace(world.conditions, grip=grip)

@@ -5,74 +5,62 @@ from collections.abc import Sequence
 from rich.table import Table
 
 from planner.rules.rule_use import total
+from scenarios.files.outside_text import table_of
 from scenarios.loop.results import EpisodeResult, Summary
 
 
 def task_table(episode: EpisodeResult) -> Table:
     """Return a table with one row for each task."""
-    table = Table(title=f"seed {episode.seed}: {episode.outcome}")
-    for heading in ("task", "instruction", "done"):
-        table.add_column(heading)
-    for heading in ("time (s)", "corrections"):
-        table.add_column(heading, justify="right")
-    for task in episode.tasks:
-        table.add_row(
+    rows = (
+        (
             str(task.index),
             task.instruction,
             "left out" if task.left_out else "yes" if task.success else "no",
             f"{task.time_s:.1f}",
             str(task.corrections),
         )
-    return table
+        for task in episode.tasks
+    )
+    title = f"seed {episode.seed}: {episode.outcome}"
+    return table_of(title, ("task", "instruction", "done"), ("time (s)", "corrections"), rows)
 
 
 def injury_table(episode: EpisodeResult) -> Table:
     """Return a table with one row for each injury."""
-    table = Table(title="injuries")
-    table.add_column("event")
-    for heading in ("time (s)", "value", "limit"):
-        table.add_column(heading, justify="right")
-    for injury in episode.injuries:
-        table.add_row(
-            injury.event,
-            f"{injury.time_s:.1f}",
-            f"{injury.value:.4g}",
-            f"{injury.limit:.4g}",
-        )
-    return table
+    rows = (
+        (injury.event, f"{injury.time_s:.1f}", f"{injury.value:.4g}", f"{injury.limit:.4g}")
+        for injury in episode.injuries
+    )
+    return table_of("injuries", ("event",), ("time (s)", "value", "limit"), rows)
 
 
 def ledger_table(episode: EpisodeResult) -> Table:
     """Return a table with one row for each event in which the safety filter changed commands."""
-    table = Table(title="safety filter")
-    table.add_column("what it did")
-    for heading in ("commands", "from (s)", "to (s)"):
-        table.add_column(heading, justify="right")
-    for e in episode.safety.ledger:
-        table.add_row(e.words, str(e.commands), f"{e.time_s:.1f}", f"{e.end_s:.1f}")
-    return table
+    rows = (
+        (e.words, str(e.commands), f"{e.time_s:.1f}", f"{e.end_s:.1f}")
+        for e in episode.safety.ledger
+    )
+    return table_of("safety filter", ("what it did",), ("commands", "from (s)", "to (s)"), rows)
 
 
 def rule_table(episodes: Sequence[EpisodeResult]) -> Table | None:
     """Return a table of the rules that overruled a network; None if none did."""
     uses = total(use for episode in episodes for use in episode.rules)
-    if not any(use.changed for use in uses):
-        return None
-    table = Table(title="rules that changed what a network decided (docs/rules.md)")
-    table.add_column("rule")
-    for heading in ("decisions", "changed", "share", "tip at most", "jaw at most"):
-        table.add_column(heading, justify="right")
-    for use in uses:
-        if use.changed:
-            table.add_row(
-                f"{use.policy}: {use.rule}",
-                str(use.decisions),
-                str(use.changed),
-                f"{use.share:.0%}",
-                _mm(use.most_m),
-                "-" if use.most_rad is None else f"{use.most_rad:.2f} rad",
-            )
-    return table
+    rows = [
+        (
+            f"{use.policy}: {use.rule}",
+            str(use.decisions),
+            str(use.changed),
+            f"{use.share:.0%}",
+            _mm(use.most_m),
+            "-" if use.most_rad is None else f"{use.most_rad:.2f} rad",
+        )
+        for use in uses
+        if use.changed
+    ]
+    title = "rules that changed what a network decided (docs/rules.md)"
+    figures = ("decisions", "changed", "share", "tip at most", "jaw at most")
+    return table_of(title, ("rule",), figures, rows) if rows else None
 
 
 def sensing_lines(episodes: Sequence[EpisodeResult]) -> list[str]:
@@ -92,13 +80,8 @@ def _mm(length_m: float | None) -> str:
 
 def episode_table(episodes: Sequence[EpisodeResult]) -> Table:
     """Return a table with one row for each episode."""
-    table = Table(title="episodes")
-    for heading in ("seed", "outcome"):
-        table.add_column(heading)
-    for heading in ("tasks", "simulated (s)", "corrections", "injuries", "altered", "wall (s)"):
-        table.add_column(heading, justify="right")
-    for episode in episodes:
-        table.add_row(
+    rows = (
+        (
             str(episode.seed),
             episode.outcome,
             str(sum(task.success for task in episode.tasks)),
@@ -108,7 +91,10 @@ def episode_table(episodes: Sequence[EpisodeResult]) -> Table:
             str(episode.safety.interventions),
             f"{episode.wall_s:.1f}",
         )
-    return table
+        for episode in episodes
+    )
+    figures = ("tasks", "simulated (s)", "corrections", "injuries", "altered", "wall (s)")
+    return table_of("episodes", ("seed", "outcome"), figures, rows)
 
 
 def act_lines(episodes: Sequence[EpisodeResult]) -> list[str]:

@@ -14,6 +14,7 @@ from uuid import uuid4
 from rich.table import Table
 
 from scenarios.files.errors import BAD_INPUT, ERROR, FAILED, WorkerDiedError
+from scenarios.files.outside_text import table_of
 from scenarios.files.versions import versions
 
 Outcome = Literal["identical", "differs", "refused", "error"]
@@ -91,13 +92,8 @@ def recordings_in(path: Path) -> list[Path]:
 
 def verdict_table(verdicts: Sequence[Verdict]) -> Table:
     """Return a table with one row for each file."""
-    table = Table(title="recordings, run again")
-    table.add_column("file", overflow="fold")
-    for heading in ("outcome", ""):
-        table.add_column(heading)
-    for verdict in verdicts:
-        table.add_row(str(verdict.file), verdict.outcome, verdict.remark)
-    return table
+    rows = ((str(v.file), v.outcome, v.remark) for v in verdicts)
+    return table_of("recordings, run again", ("file", "outcome", ""), (), rows)
 
 
 def _naming(file: Path, error: ValueError) -> str:

@@ -1,45 +1,21 @@
 """Run attempts in parallel, in processes of this machine or of a cluster."""
 
+from __future__ import annotations
+
 from collections import deque
-from collections.abc import Callable, Generator, Iterable, Iterator, Sequence
-from typing import Protocol, TypeVar
+from collections.abc import Callable, Generator, Iterable, Iterator
+from typing import TYPE_CHECKING, TypeVar
 
 from scenarios.files.errors import WorkerDiedError
 from scenarios.workers.process import saving
 
+if TYPE_CHECKING:
+    from scenarios.workers.local_processes import LocalProcesses
+    from scenarios.workers.ray_workers import RayWorkers
+
 Config = TypeVar("Config")
 Result = TypeVar("Result")
 Numbered = TypeVar("Numbered")
-Given = TypeVar("Given", contravariant=True)
-Got = TypeVar("Got", covariant=True)
-
-
-class WorkerPool(Protocol[Given, Got]):
-    """Workers that each run one attempt at a time; attempts have numbers."""
-
-    @property
-    def n_busy(self) -> int:
-        """Return how many attempts are running."""
-        ...
-
-    def begin(self, number: int, config: Given) -> None:
-        """Start an attempt on a worker."""
-        ...
-
-    def wait(self) -> None:
-        """Wait until some attempts have ended."""
-        ...
-
-    def ended(self) -> Sequence[tuple[int, Got | WorkerDiedError]]:
-        """Return the numbers and results of attempts that have ended."""
-        ...
-
-    def leave(self) -> Sequence[Got]:
-        """Interrupt running attempts, as Ctrl-C does, wait until they are saved, and end.
-
-        Return the results of attempts that finished before the interruption.
-        """
-        ...
 
 
 def run_side_by_side(
@@ -94,7 +70,9 @@ def _next(again: deque[Numbered], coming: Iterator[Numbered]) -> Numbered | None
     return again.popleft() if again else next(coming, None)
 
 
-def _pool(attempt: Callable[[Config], Result], cluster: str | None) -> WorkerPool[Config, Result]:
+def _pool(
+    attempt: Callable[[Config], Result], cluster: str | None
+) -> LocalProcesses[Config, Result] | RayWorkers[Config, Result]:
     if cluster is None:
         from scenarios.workers.local_processes import LocalProcesses
 

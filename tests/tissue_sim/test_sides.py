@@ -4,8 +4,9 @@ import numpy as np
 import pytest
 import warp as wp
 
-from tissue_sim.mechanics.data_parallel import ring_sides
+from tissue_sim.mechanics.arrays import TissueArrays
 from tissue_sim.mechanics.tissue import Tissue
+from tissue_sim.mechanics.touch import agree_on_sides
 from tissue_sim.patient.organ import build_organ
 from tissue_sim.patient.textbook import textbook_from_seed
 from tissue_sim.patient.tubes import Tubes
@@ -14,6 +15,13 @@ from tissue_sim.surgery.parting import part_ring
 
 FINGER, OTHER = LEFT_FINGERS
 CUT = 5
+EVERY_FINGER = -1  # a bit for each
+
+
+@wp.kernel
+def ring_sides(t: TissueArrays):
+    b, tube = wp.tid()
+    agree_on_sides(t, b, tube, EVERY_FINGER)
 
 
 @pytest.fixture

@@ -108,18 +108,6 @@ def add_elastic_force(t: TissueArrays, b: int, e: int):
 
 
 @wp.func
-def add_viscous_force(
-    t: TissueArrays, b: int, i: int, block: wp.array(dtype=wp.mat33), viscosity: float
-):
-    """Add the viscous force on vertex i, from the elements' stiffness alone."""
-    drag = wp.vec3()
-    for k in range(t.row[b, i], t.row[b, i + 1]):
-        j = t.column[b, k]
-        drag = drag + (t.position[b, j] - t.previous[b, j]) * block[k]  # stored transposed
-    t.force[b, i] = t.force[b, i] - drag * (viscosity / (1.0 + viscosity))
-
-
-@wp.func
 def has_moved_far(t: TissueArrays, b: int):
     """Return whether a vertex is far from its position when the stiffness was computed."""
     farthest = float(0.0)

@@ -9,25 +9,6 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 from statistics import NormalDist
-from typing import Protocol
-
-
-class Law(Protocol):
-    """The distribution of one parameter between its ends."""
-
-    @property
-    def low(self) -> float:
-        """Return the smallest value."""
-        ...
-
-    @property
-    def high(self) -> float:
-        """Return the largest value."""
-        ...
-
-    def value(self, share: float) -> float:
-        """Return the value that a share of the population, 0 to 1, does not exceed."""
-        ...
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -83,3 +64,7 @@ class LogNormal:
             high=math.log(self.high),
         )
         return min(max(math.exp(log.value(share)), self.low), self.high)
+
+
+Law = Uniform | Normal | LogNormal
+"""The distribution of one parameter between its smallest and its largest value."""

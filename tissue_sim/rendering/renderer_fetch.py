@@ -8,6 +8,7 @@ too, at the same address.
 
 import json
 import os
+import platform
 import re
 import shutil
 import subprocess
@@ -29,7 +30,6 @@ BASE = r"libc6|libgcc-s1|libstdc\+\+6|gcc-\d+-base|libcrypt1"  # Python and SAPI
 PROGRAMS = ("apt-get", "dpkg", "ldd")
 APT = Path("/etc/apt")
 DPKG_STATUS = Path("/var/lib/dpkg/status")
-RELEASE = Path("/etc/os-release")
 
 # Limits of waiting (s), assumed: a machine without network must not be kept waiting.
 ANSWER_S = 10
@@ -44,7 +44,7 @@ Dir::Etc::SourceList "/dev/null";
 Dir::Etc::SourceParts "{root}/sources";
 Dir::State "{root}/state";
 Dir::State::Lists "{root}/state/lists";
-Dir::State::Status "{status}";
+Dir::State::Status "{root}/status";
 Dir::Cache "{root}/cache";
 Dir::Cache::Archives "{root}/cache/archives";
 Debug::NoLocking "true";
@@ -87,72 +87,51 @@ def fetch(folder: Path = PRIVATE_FOLDER) -> None:
         FetchError: this machine has no apt, its sources cannot be reached or have no renderer, or a
             file cannot be read or written.
     """
-    missing = [name for name in PROGRAMS if shutil.which(name) is None]
-    if missing:
+    if missing := [name for name in PROGRAMS if shutil.which(name) is None]:
         raise FetchError(f"only Debian and its like are served, and {missing[0]} is not here")
     try:
-        _fetch(folder)
+        folder.parent.mkdir(parents=True, exist_ok=True)
+        with TemporaryDirectory(dir=folder.parent, prefix=".renderer-") as name:
+            root = Path(name)
+            for package in _downloaded(root):
+                unpacking = _run(["dpkg", "-x", str(package), f"{root}/unpacked"], UNPACK_S)
+                if unpacking.returncode != 0:
+                    why = _complaint(unpacking.stderr)
+                    raise FetchError(f"{package.name} cannot be unpacked: {why}")
+            _arrange(root / "unpacked", root / "renderer")
+            shutil.rmtree(folder, ignore_errors=True)
+            (root / "renderer").rename(folder)
     except OSError as error:
         raise FetchError(f"{error.filename or folder}: {error.strerror or error}") from error
 
 
-def _fetch(folder: Path) -> None:
-    folder.parent.mkdir(parents=True, exist_ok=True)
-    with TemporaryDirectory(dir=folder.parent, prefix=".renderer-") as name:
-        root = Path(name)
-        packages = _downloaded(root)
-        unpacked = root / "unpacked"
-        for package in packages:
-            _unpack(package, unpacked)
-        _arrange(unpacked, root / "renderer")
-        shutil.rmtree(folder, ignore_errors=True)
-        (root / "renderer").rename(folder)
-
-
-def _unpack(package: Path, folder: Path) -> None:
-    unpacking = _run(["dpkg", "-x", str(package), str(folder)], UNPACK_S)
-    if unpacking.returncode != 0:
-        why, *_ = unpacking.stderr.splitlines() or ["dpkg did not say why"]
-        raise FetchError(f"{package.name} cannot be unpacked: {why}")
-
-
 def _downloaded(root: Path) -> list[Path]:
     """Download the driver's package and all its dependencies beyond `BASE`."""
-    codename = _codename()
-    _write_sources(root / "sources", codename)
-    for made in ("state/lists/partial", "cache/archives/partial"):
+    codename = platform.freedesktop_os_release().get("VERSION_CODENAME", "")
+    for made in ("sources", "state/lists/partial", "cache/archives/partial"):
         (root / made).mkdir(parents=True)
+    _write_sources(root / "sources", codename)
     (root / "status").write_text(_base_of(DPKG_STATUS.read_text()))
     settings = root / "apt.conf"
-    settings.write_text(APT_SETTINGS.format(root=root, status=root / "status", answer_s=ANSWER_S))
+    settings.write_text(APT_SETTINGS.format(root=root, answer_s=ANSWER_S))
     apt = ["apt-get", "-c", str(settings), "-qq", "-y"]
     suite = ["--target-release", f"{codename}-backports"]
     updated = _run([*apt, "update"], UPDATE_S)
     download = _run([*apt, "install", "--download-only", *suite, PACKAGE], DOWNLOAD_S)
     if download.returncode != 0:
-        raise FetchError(_complaint(updated.stderr + download.stderr))
+        raise FetchError(f"apt-get: {_complaint(updated.stderr + download.stderr)}")
     return sorted((root / "cache/archives").glob("*.deb"))
 
 
-def _codename() -> str:
-    found = re.search(r'^VERSION_CODENAME="?([\w-]+)"?$', RELEASE.read_text(), re.M)
-    if found is None:
-        raise FetchError(f"{RELEASE} names no release")
-    return found[1]
-
-
 def _write_sources(folder: Path, codename: str) -> None:
-    """Write the machine's package sources, and the backports beside them."""
-    folder.mkdir()
-    texts = {
-        file: file.read_text()
-        for file in (APT / "sources.list", *sorted((APT / "sources.list.d").glob("*")))
-        if file.suffix in (".list", ".sources") and os.access(file, os.R_OK)
-    }
-    for file, text in texts.items():
-        (folder / file.name).write_text(text)
-        (folder / f"backports-{file.name}").write_text(backports(text, codename) + "\n")
-    if not any(backports(text, codename) for text in texts.values()):
+    """Write the machine's package sources, and the backports below them."""
+    found = False
+    for file in (APT / "sources.list", *sorted((APT / "sources.list.d").glob("*"))):
+        if file.suffix in (".list", ".sources") and os.access(file, os.R_OK):
+            more = backports(text := file.read_text(), codename)
+            (folder / file.name).write_text(f"{text}\n\n{more}\n")
+            found |= bool(more)
+    if not found:
         raise FetchError(f"no package source of the release {codename!r} in {APT}")
 
 
@@ -174,23 +153,16 @@ def _arrange(unpacked: Path, folder: Path) -> None:
         (everything / name).symlink_to(file)
     if not (everything / DRIVER_LIBRARY).exists():
         raise FetchError(f"the package {PACKAGE} holds no {DRIVER_LIBRARY}")
-    names = _in_loading_order(everything)
+    # A library's dependencies are a part of its user's, so their number gives the order of loading.
+    names = sorted(
+        _needs(everything / DRIVER_LIBRARY), key=lambda name: len(_needs(everything / name))
+    )
     (folder / "lib").mkdir(parents=True)
     for name in (*names, DRIVER_LIBRARY):
         shutil.copyfile(everything / name, folder / "lib" / name)
     (folder / LIBRARIES).write_text("".join(f"lib/{name}\n" for name in names))
     driver = {"library_path": f"./lib/{DRIVER_LIBRARY}", "api_version": "1.3.0"}
     (folder / DRIVER).write_text(json.dumps({"file_format_version": "1.0.0", "ICD": driver}))
-
-
-def _in_loading_order(folder: Path) -> list[str]:
-    """Return the names of the driver's libraries in `folder`, each after its dependencies.
-
-    The dependencies of a library are a part of its user's, so the number of dependencies gives the
-    order.
-    """
-    needs = _needs(folder / DRIVER_LIBRARY)
-    return sorted(needs, key=lambda name: len(_needs(folder / name)))
 
 
 def _needs(library: Path) -> set[str]:
@@ -208,36 +180,33 @@ def _run(command: list[str], limit_s: float) -> subprocess.CompletedProcess[str]
 
 
 def _complaint(said: str) -> str:
-    """Return the first line of apt's output that states an error; later lines follow from it."""
-    lines = [line for line in said.splitlines() if "Failed to fetch" in line or line[:2] == "E:"]
-    return f"apt-get: {lines[0][3:]}" if lines else "apt-get failed and did not say why"
+    """Return the first line of a program's output that states an error; later lines follow."""
+    lines = said.splitlines() or ["it failed and did not say why"]
+    stated = [line[3:] for line in lines if "Failed to fetch" in line or line[:2] == "E:"]
+    return (stated or lines)[0]
 
 
-def main() -> int:
-    """Fetch a renderer if none works here; return 0 if there is a working renderer afterwards."""
+def fetch_if_needed() -> str:
+    """Fetch a renderer if none works here; return what was done.
+
+    Raises:
+        FetchError: no renderer works afterwards.
+    """
     if (kind := renderer_kind()) is not None:
-        print(f"A renderer works here ({kind}); nothing to fetch.")
-        return 0
+        return f"A renderer works here ({kind}); nothing to fetch."
     if (variable := choice_of_another()) is not None:
-        print(f"No renderer: {variable} names a driver that does not work.", file=sys.stderr)
-        return 1
+        raise FetchError(f"{variable} names a driver that does not work")
     print("Fetching Mesa's software renderer (about 50 MB) ...", flush=True)
-    try:
-        fetch()
-    except FetchError as error:
-        print(f"No renderer: {error}.", file=sys.stderr)
-        return 1
+    fetch()
     renderer_kind.cache_clear()
     if renderer_kind() is None:
         shutil.rmtree(PRIVATE_FOLDER)
-        print(
-            "No renderer: the one in the package sources does not work with SAPIEN.",
-            file=sys.stderr,
-        )
-        return 1
-    print(f"The renderer is in {PRIVATE_FOLDER}.")
-    return 0
+        raise FetchError("the one in the package sources does not work with SAPIEN")
+    return f"The renderer is in {PRIVATE_FOLDER}."
 
 
 if __name__ == "__main__":
-    sys.exit(main())
+    try:
+        print(fetch_if_needed())
+    except FetchError as error:
+        sys.exit(f"No renderer: {error}.")

@@ -7,7 +7,6 @@ pictures equals the run without them, bit for bit.
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
-from typing import Protocol
 
 import numpy as np
 import sapien
@@ -37,15 +36,7 @@ from tissue_sim.sensing.cameras import (
 )
 from tissue_sim.tools.drives import physics_system
 
-
-class Visual(Protocol):
-    """An object that cameras show."""
-
-    def update(self, field: Field) -> None:
-        """Draw the object in the field's current state."""
-        ...
-
-
+# what cameras show; `update` draws an object in the field's current state
 VISUALS = (DrawnSurroundings, DrawnTissue, DrawnStrands, DrawnClips, DrawnLeaks, Illumination)
 
 
@@ -61,7 +52,7 @@ class FieldCameras:
         self._scene = scene
         self._specs = {spec.name: spec for spec in cameras}
         self._cameras: dict[CameraSpec, sapien.render.RenderCameraComponent] = {}
-        self._visuals: list[Visual] = [visual(scene) for visual in VISUALS]
+        self._visuals = [visual(scene) for visual in VISUALS]
 
     def update(self, field: Field) -> None:
         """Draw all objects in the field's current state."""

@@ -6,7 +6,6 @@ No robot has this sense.
 from __future__ import annotations
 
 from functools import cache
-from itertools import accumulate, pairwise, starmap
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,16 +16,14 @@ from tissue_sim.patient.at_risk import AT_RISK
 from tissue_sim.patient.mesher import ring_radii_m
 from tissue_sim.sensing.observation import (
     MAX_CLIPS,
-    POINTS,
     SAC_POINTS,
     TRUNK_POINTS,
     TUBE_POINTS,
     Observation,
+    points_by_name,
 )
 from tissue_sim.sensing.sensor_model import SenseSetup
 from tissue_sim.tools.instruments import PATCH_LINKS
-
-_LINES = list(starmap(slice, pairwise(accumulate(POINTS.values(), initial=0))))
 
 
 class SenseExact:
@@ -53,9 +50,7 @@ def exact_observation(field: Field) -> Observation:
     tubes = [_centreline(field, x, tube, TUBE_POINTS) for tube in (left, right)]
     trunks = [_centreline(field, x, trunk, TRUNK_POINTS) for trunk in AT_RISK]
     points = transform(to_endoscope, np.concatenate((*tubes, sac, *trunks, *clips)))
-    left_m, right_m, sac_m, bile_duct_m, hepatic_m, there = (points[line] for line in _LINES)
-    clips_m = np.zeros((MAX_CLIPS, 3))
-    clips_m[: len(clips)] = there
+    points = np.concatenate([points, np.zeros((MAX_CLIPS - len(clips), 3))])
     return Observation(
         time_s=field.record.time_s,
         joints=field.arms.joints,
@@ -64,12 +59,7 @@ def exact_observation(field: Field) -> Observation:
         pinch_n=field.record.grasp.pinch_n,
         tools=(field.arms.mounted[0].name, field.arms.mounted[1].name),
         clip_loaded=field.record.clip_loaded,
-        left_tube_m=left_m,
-        right_tube_m=right_m,
-        sac_m=sac_m,
-        common_bile_duct_m=bile_duct_m,
-        hepatic_artery_m=hepatic_m,
-        clips_m=clips_m,
+        **points_by_name(points),
         n_clips=len(field.record.clips),
         severed=np.array([len(field.tubes.severed_rings(s)) > 0 for s in (left, right)]),
         tube_radius_m=np.array([field.tubes.radius_m(s) for s in (left, right)]),

@@ -8,6 +8,7 @@ the wrists' wide pictures added less than they cost.
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -81,16 +82,12 @@ class Eyes:
         looks, self._n = self._n % self._every == 0, self._n + 1
         errors_n = self._force_n + WHITE * self._model.force_n * self._rng.standard_normal(7)
         tips = told.tips_endoscope
-        return Glance(
-            time_s=told.time_s,
+        return replace(
+            Glance(**told.encoded),
             joints=self._encoders(told.joints),
             tips_endoscope=np.stack([self._believed(tips, a, tips[a]) for a in (0, 1)]),
             forces_n=told.forces_n + errors_n[:6].reshape(2, 3),
             pinch_n=max(told.pinch_n + float(errors_n[6]), 0.0),
-            tools=told.tools,
-            clip_loaded=told.clip_loaded,
-            T_world_endoscope=told.T_world_endoscope,
-            shaft_offset_m=told.shaft_offset_m,
             pictures=self._pictures(field, view, tips, aim_m) if looks else {},
         )
 

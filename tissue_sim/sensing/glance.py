@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tissue_sim.frames import Array
+from tissue_sim.sensing.observation import Encoded
 
 CAMERA_NAMES = ("endoscope_left", "endoscope_right", "wrist_left", "wrist_right")
 
@@ -56,22 +57,11 @@ def pixels_of(
 
 
 @dataclass(frozen=True, kw_only=True)
-class Glance:
-    """One control step. Rows: left, right arm. Frame: endoscope, as in `Observation`.
+class Glance(Encoded):
+    """One control step.
 
     Attributes:
-        time_s, joints, tips_endoscope, forces_n, pinch_n, tools, clip_loaded, T_world_endoscope,
-            shaft_offset_m: As in `Observation`, from encoders and motor currents.
         pictures: Pictures by view; empty in most steps.
     """
 
-    time_s: float
-    joints: Array
-    tips_endoscope: Array
-    forces_n: Array
-    pinch_n: float
-    tools: tuple[str, str]
-    clip_loaded: bool
-    T_world_endoscope: Array
-    shaft_offset_m: Array
     pictures: dict[str, Picture] = field(default_factory=dict)

@@ -7,6 +7,7 @@ comes from one of four senses (`sense.py`), and states the uncertainty of each p
 from __future__ import annotations
 
 from dataclasses import dataclass, field
+from dataclasses import fields as dataclass_fields
 from itertools import accumulate, pairwise, starmap, takewhile
 from math import prod
 from typing import Any
@@ -33,15 +34,17 @@ POINTS = {
 }
 """Order and numbers of the points that `std_m`, `age_s` and `hidden` count."""
 
+_FIRSTS = pairwise(accumulate(POINTS.values(), initial=0))
+_LINES = dict(zip(POINTS, starmap(slice, _FIRSTS), strict=True))
 N_POINTS = sum(POINTS.values())
 N_LINE = N_POINTS - MAX_CLIPS  # points that belong to lines; the other points are clips
 
 
 @dataclass(frozen=True, kw_only=True)
-class Observation:
-    """One control step. Rows: left, right arm. Frame: endoscope (+x left, +y up, +z away).
+class Encoded:
+    """What encoders and motor currents tell of one control step, without a camera.
 
-    All readers share the same observation, so its arrays are read-only; write into a copy.
+    Rows: left, right arm. Frame: endoscope (+x left, +y up, +z away).
 
     Attributes:
         time_s: Time since the episode's start.
@@ -52,6 +55,33 @@ class Observation:
         pinch_n: Force of the grasper's jaws on the tissue between them.
         tools: Names of the mounted instruments.
         clip_loaded: Whether the applier holds a clip.
+        T_world_endoscope: (4, 4) the endoscope's pose, from its holder's encoders.
+        shaft_offset_m: (2,) distance of each shaft from its remote centre, by the arm's sensors.
+    """
+
+    time_s: float
+    joints: Array
+    tips_endoscope: Array
+    forces_n: Array
+    pinch_n: float
+    tools: tuple[str, str]
+    clip_loaded: bool
+    T_world_endoscope: Array = field(default_factory=lambda: np.eye(4))
+    shaft_offset_m: Array = field(default_factory=lambda: np.zeros(2))
+
+    @property
+    def encoded(self) -> dict[str, Any]:
+        """Return these fields by name."""
+        return {part.name: getattr(self, part.name) for part in dataclass_fields(Encoded)}
+
+
+@dataclass(frozen=True, kw_only=True)
+class Observation(Encoded):
+    """One control step; rows and frame as in `Encoded`.
+
+    All readers share the same observation, so its arrays are read-only; write into a copy.
+
+    Attributes:
         left_tube_m, right_tube_m: (8, 3) points of the tubes' centrelines. The names are the sides
             in the endoscope's view.
         sac_m: (5, 3) axis of the infundibulum.
@@ -69,20 +99,11 @@ class Observation:
         age_s: (`N_POINTS`,) time since a camera last observed the point.
         hidden: (`N_POINTS`,) whether no camera observes the point now.
         sac_radius_m: (5,) outer radii of the infundibulum at `sac_m`.
-        T_world_endoscope: (4, 4) the endoscope's pose, from its holder's encoders.
-        shaft_offset_m: (2,) distance of each shaft from its remote centre, by the arm's sensors.
         stands_still: Whether the safety filter has stopped an arm for so long that a person should
             check.
         images: Camera name -> (height, width, 3) uint8, if images were drawn.
     """
 
-    time_s: float
-    joints: Array
-    tips_endoscope: Array
-    forces_n: Array
-    pinch_n: float
-    tools: tuple[str, str]
-    clip_loaded: bool
     left_tube_m: Array
     right_tube_m: Array
     sac_m: Array
@@ -96,8 +117,6 @@ class Observation:
     rest_length_std_m: Array = field(default_factory=lambda: np.zeros(2))
     third_tube: float = 0.0
     sac_radius_m: Array = field(default_factory=lambda: np.zeros(SAC_POINTS))
-    T_world_endoscope: Array = field(default_factory=lambda: np.eye(4))
-    shaft_offset_m: Array = field(default_factory=lambda: np.zeros(2))
     std_m: Array = field(default_factory=lambda: np.zeros(N_POINTS))
     age_s: Array = field(default_factory=lambda: np.zeros(N_POINTS))
     hidden: NDArray[np.bool_] = field(default_factory=lambda: np.zeros(N_POINTS, bool))
@@ -135,6 +154,11 @@ class Observation:
         rest = {"tips_endoscope": self.tips_endoscope[:, :3], "scissors": self._right_tool}
         parts = (rest[name] if name in rest else getattr(self, name) for name in VECTOR_LAYOUT)
         return np.concatenate(list(parts), axis=None, dtype=np.float32)
+
+
+def points_by_name(points: Array) -> dict[str, Any]:
+    """Split points (`N_POINTS`, 3) by the names of `POINTS`."""
+    return {name: points[line] for name, line in _LINES.items()}
 
 
 def tip_to_tubes_m(seen: Observation) -> float:
@@ -209,29 +233,15 @@ def observation_of(vector: NDArray[np.float32], time_s: float, **others: Any) ->
     parts = fields(vector.astype(float))
     tips = np.zeros((2, 4, 4))
     tips[:, :3], tips[:, 3, 3] = parts["tips_endoscope"], 1.0
-    return Observation(
-        time_s=time_s,
-        joints=parts["joints"],
-        tips_endoscope=tips,
-        forces_n=parts["forces_n"],
-        pinch_n=float(parts["pinch_n"][0]),
-        tools=(GRASPER, _right_tool_of(float(parts["scissors"][0]))),
-        clip_loaded=bool(parts["clip_loaded"][0] > 0.5),
-        left_tube_m=parts["left_tube_m"],
-        right_tube_m=parts["right_tube_m"],
-        sac_m=parts["sac_m"],
-        common_bile_duct_m=parts["common_bile_duct_m"],
-        hepatic_artery_m=parts["hepatic_artery_m"],
-        clips_m=parts["clips_m"],
-        n_clips=round(float(parts["n_clips"][0])),
-        severed=parts["severed"] > 0.5,
-        tube_radius_m=parts["tube_radius_m"],
-        sac_radius_m=parts["sac_radius_m"],
-        rest_length_m=parts["rest_length_m"],
-        rest_length_std_m=parts["rest_length_std_m"],
-        third_tube=float(parts["third_tube"][0]),
-        std_m=parts["std_m"],
-        age_s=parts["age_s"],
-        hidden=parts["hidden"] > 0.5,
-        **others,
-    )
+    others |= {
+        "time_s": time_s,
+        "tips_endoscope": tips,
+        "pinch_n": float(parts["pinch_n"][0]),
+        "tools": (GRASPER, _right_tool_of(float(parts.pop("scissors")[0]))),
+        "clip_loaded": bool(parts["clip_loaded"][0] > 0.5),
+        "n_clips": round(float(parts["n_clips"][0])),
+        "severed": parts["severed"] > 0.5,
+        "third_tube": float(parts["third_tube"][0]),
+        "hidden": parts["hidden"] > 0.5,
+    }
+    return Observation(**parts | others)

@@ -26,11 +26,7 @@ def centre_on_place(chunk: Array, scene: Scene, task: Task, commanded: Array) ->
 
     The chunk stays unchanged where the jaws end beside the tube, or have no tube left to close on.
 
-    Args:
-        chunk: The chunk, in the form of `chunk_frame`; it is unchanged.
-        scene: The scene at the chunk's start.
-        task: The running task.
-        commanded: (m, 2) jaw angles commanded before the chunk, the newest last.
+    The arguments are those of every rule (`chunk_rules.Rule`).
     """
     del commanded
     place = task_place(scene, task)

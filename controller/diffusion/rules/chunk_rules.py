@@ -21,6 +21,13 @@ from planner.rules.rule_use import ANY, RuleCounts, RuleUse
 from tissue_sim.frames import Array
 
 Rule = Callable[[Array, Scene, Task, Array], Array]
+"""Returns a chunk (n, 20), by four arguments.
+
+chunk: The chunk, in the form of `chunk_frame`; it is unchanged.
+scene: The scene at the chunk's start.
+task: The running task.
+commanded: (m, 2) jaw angles commanded before the chunk, the newest last.
+"""
 
 RULES: dict[str, Rule] = {
     "hold still": hold_still,
@@ -46,14 +53,7 @@ class ChunkRules:
         self._counts = RuleCounts("controller", RULES)
 
     def apply(self, chunk: Array, scene: Scene, task: Task, commanded: Array) -> Array:
-        """Return a chunk (n, 20) with the changes of all rules that apply.
-
-        Args:
-            chunk: The chunk, in the form of `chunk_frame`; it is unchanged.
-            scene: The scene at the chunk's start.
-            task: The running task.
-            commanded: (m, 2) jaw angles commanded before the chunk, the newest last.
-        """
+        """Return a chunk (n, 20) with the changes of all rules that apply, as a `Rule` does."""
         asked = chunk
         for name, rule in RULES.items():
             if scene.is_corrected and name not in ALSO_CORRECTED:

@@ -30,11 +30,7 @@ def close_in_place(chunk: Array, scene: Scene, task: Task, commanded: Array) -> 
 
     Open jaws below the place stay open. The policy decides on jaws beside the tube.
 
-    Args:
-        chunk: The chunk, in the form of `chunk_frame`; it is unchanged.
-        scene: The scene at the chunk's start.
-        task: The running task.
-        commanded: (m, 2) jaw angles commanded before the chunk, the newest last.
+    The arguments are those of every rule (`chunk_rules.Rule`).
     """
     place = task_place(scene, task)
     below_m = None if place is None else place.lacking_m()

@@ -47,11 +47,7 @@ def complete_grasp(chunk: Array, scene: Scene, task: Task, commanded: Array) -> 
     Otherwise the chunk stays unchanged where the left arm does not hold the gallbladder. The rule
     adds no pull to an arm that moves anyway.
 
-    Args:
-        chunk: The chunk, in the form of `chunk_frame`; it is unchanged.
-        scene: The scene at the chunk's start.
-        task: The running task.
-        commanded: (m, 2) jaw angles commanded before the chunk, the newest last.
+    The arguments are those of every rule (`chunk_rules.Rule`).
     """
     del commanded
     if not task.grasps:

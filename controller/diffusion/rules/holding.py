@@ -27,11 +27,7 @@ def hold_still(chunk: Array, scene: Scene, task: Task, commanded: Array) -> Arra
 
     The left arm may pull little by little as it grabs, and where a correction moves the arm.
 
-    Args:
-        chunk: The chunk, in the form of `chunk_frame`; it is unchanged.
-        scene: The scene at the chunk's start.
-        task: The running task.
-        commanded: (m, 2) jaw angles commanded before the chunk, the newest last.
+    The arguments are those of every rule (`chunk_rules.Rule`).
     """
     arms, jaws_rad = chunk.reshape(len(chunk), 2, -1).copy(), commanded[-1]
     still = np.abs(arms[..., JAW] - jaws_rad).max(axis=0) < HELD_RAD
@@ -48,11 +44,7 @@ def hold_still(chunk: Array, scene: Scene, task: Task, commanded: Array) -> Arra
 def rest_right_arm(chunk: Array, scene: Scene, task: Task, commanded: Array) -> Array:
     """Return a chunk (n, 20) in which the right arm stays, if the task is to grab.
 
-    Args:
-        chunk: The chunk, in the form of `chunk_frame`; it is unchanged.
-        scene: The scene at the chunk's start, which has no influence.
-        task: The running task.
-        commanded: (m, 2) jaw angles commanded before the chunk, which have no influence.
+    The arguments are those of every rule (`chunk_rules.Rule`).
     """
     del scene, commanded
     if not task.grasps:

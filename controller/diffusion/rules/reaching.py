@@ -33,11 +33,7 @@ def reach_place(chunk: Array, scene: Scene, task: Task, commanded: Array) -> Arr
     The chunk stays unchanged where the jaws close, the tube is not between them, or the gallbladder
     is near.
 
-    Args:
-        chunk: The chunk, in the form of `chunk_frame`; it is unchanged.
-        scene: The scene at the chunk's start.
-        task: The running task.
-        commanded: (m, 2) jaw angles commanded before the chunk, the newest last.
+    The arguments are those of every rule (`chunk_rules.Rule`).
     """
     del commanded
     place = task_place(scene, task)

@@ -27,11 +27,7 @@ def retract(chunk: Array, scene: Scene, task: Task, commanded: Array) -> Array:
 
     The chunk stays unchanged where the arm is back, or its jaws have to open first.
 
-    Args:
-        chunk: The chunk, in the form of `chunk_frame`; it is unchanged.
-        scene: The scene at the chunk's start.
-        task: The running task.
-        commanded: (m, 2) jaw angles commanded before the chunk, the newest last.
+    The arguments are those of every rule (`chunk_rules.Rule`).
     """
     del commanded
     now, arms = scene.observation, chunk.reshape(len(chunk), 2, -1).copy()

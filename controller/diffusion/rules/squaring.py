@@ -29,11 +29,7 @@ def square_grasper(chunk: Array, scene: Scene, task: Task, commanded: Array) -> 
     The grasper turns about the point between the jaws. The chunk stays unchanged where the
     gallbladder is not wide, is far off, or is held.
 
-    Args:
-        chunk: The chunk, in the form of `chunk_frame`; it is unchanged.
-        scene: The scene at the chunk's start.
-        task: The running task.
-        commanded: (m, 2) jaw angles commanded before the chunk, the newest last.
+    The arguments are those of every rule (`chunk_rules.Rule`).
     """
     del commanded
     now, arms = scene.observation, chunk.reshape(len(chunk), 2, -1).copy()

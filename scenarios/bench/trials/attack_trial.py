@@ -15,7 +15,7 @@ from controller.safety.ledger import Entry
 from controller.safety.obstacles import registered, surroundings_of
 from planner.instruction import TASKS, Instruction
 from scenarios.bench.trials.attack import ATTACKS, Attack, AttackTargets, aims, random_start
-from scenarios.files.errors import describe_with_place
+from scenarios.bench.trials.run_trials import Trial
 from tissue_sim.frames import Array
 from tissue_sim.patient.anatomy import anatomy_from_seed
 from tissue_sim.tools.arms import JointCommand
@@ -63,22 +63,15 @@ class Pair:
 
 
 @dataclass(frozen=True, kw_only=True)
-class AttackTrial:
-    """All attacks on one patient, or the error that ended the trial."""
+class AttackTrial(Trial):
+    """All attacks on one patient."""
 
-    seed: int
     pairs: tuple[Pair, ...] = ()
-    error: str = ""
 
 
 def run_trial(seed: int, in_world: int = IN_WORLD) -> AttackTrial:
     """Run all attacks on a seed's patient, `in_world` of them in the moving world."""
     return AttackTrial(seed=seed, pairs=tuple(AttackedPatient(seed).pairs(in_world)))
-
-
-def lost_trial(seed: int, error: Exception) -> AttackTrial:
-    """Return the trial that ended by an exception or by the death of its process."""
-    return AttackTrial(seed=seed, error=describe_with_place(error))
 
 
 class AttackedPatient:

@@ -16,9 +16,9 @@ from controller.expert.targets import clip_pose, cut_pose, grasp_pose
 from planner.command import COMMANDS
 from planner.procedure.outcomes import structure_of, task_done
 from planner.procedure.task import Task
+from scenarios.bench.trials.run_trials import Trial
 from scenarios.demonstration.labels import correction_of
 from scenarios.episode import Episode
-from scenarios.files.errors import describe_with_place
 from scenarios.loop.episode_config import EpisodeConfig
 from scenarios.loop.step import Step
 from scenarios.recording.snapshot import Snapshot
@@ -49,20 +49,17 @@ class Course:
 
 
 @dataclass(frozen=True, kw_only=True)
-class CorrectionTrial:
+class CorrectionTrial(Trial):
     """Result for one patient.
 
     Attributes:
         correction: Text of the correction; "" if no arm was led astray or no correction was needed.
         without, corrected: The two courses; None without a correction.
-        error: The error that ended the trial; "" for none.
     """
 
-    seed: int
     correction: str = ""
     without: Course | None = None
     corrected: Course | None = None
-    error: str = ""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -86,11 +83,6 @@ class ForkComparison:
         return CorrectionTrial(
             seed=seed, correction=correction, without=without, corrected=corrected
         )
-
-
-def lost_trial(seed: int, error: Exception) -> CorrectionTrial:
-    """Return the trial that ended by an exception or by the death of its process."""
-    return CorrectionTrial(seed=seed, error=describe_with_place(error))
 
 
 def _given_back(steps: Iterator[Step]) -> Step | None:

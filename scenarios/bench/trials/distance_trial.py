@@ -7,17 +7,19 @@ between exchanges.
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from itertools import islice
 from typing import Literal
 
 import numpy as np
+from rich.table import Table
 
 from planner.correction import CORRECTIONS, DIRECTION_ENDOSCOPE, Correction
+from scenarios.bench.trials.run_trials import Trial
 from scenarios.demonstration.interjections import is_harmless
 from scenarios.episode import Episode
-from scenarios.files.errors import describe_with_place
+from scenarios.files.outside_text import table_of
 from scenarios.loop.episode_config import EpisodeConfig
 from scenarios.loop.step import Step
 from scenarios.run_episode import begin
@@ -72,12 +74,10 @@ class Distance:
 
 
 @dataclass(frozen=True, kw_only=True)
-class DistanceTrial:
-    """Result for one patient; `error` ended the trial, "" for none."""
+class DistanceTrial(Trial):
+    """Result for one patient."""
 
-    seed: int
     distances: tuple[Distance, ...] = ()
-    error: str = ""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -90,11 +90,6 @@ class DistanceExamination:
         """Run the trial on a seed's patient."""
         episode = begin(replace(self.config, seed=seed))
         return DistanceTrial(seed=seed, distances=tuple(_distances(episode, seed)))
-
-
-def lost_trial(seed: int, error: Exception) -> DistanceTrial:
-    """Return the trial that ended by an exception or by the death of its process."""
-    return DistanceTrial(seed=seed, error=describe_with_place(error))
 
 
 def _distances(episode: Episode, seed: int) -> Iterator[Distance]:
@@ -160,3 +155,28 @@ def _gone_m(correction: Correction, moved_m: Array) -> float:
     assert correction.direction is not None, "an arm is corrected"
     along = np.array(DIRECTION_ENDOSCOPE[correction.direction])
     return float(moved_m[correction.rows[0]] @ along)
+
+
+def distances_table(trials: Sequence[DistanceTrial]) -> Table:
+    """Return a table: corrections by the moment of speech, distances moved, distances reported."""
+    every, rows = [one for trial in trials for one in trial.distances], []
+    for when, words in WHEN.items():
+        said = [one for one in every if one.when == when]
+        done = [one for one in said if one.done]
+        within = f"{sum(one.is_exact for one in done)} of {len(done)}"
+        rows.append((words, str(len(said)), str(len(done)), within, *_worst_mm(done)))
+    title = f"distances, seeds {trials[0].seed} to {trials[-1].seed}"
+    figures = ("times", "done", "done within 0.5 mm or 10 %", *_WORST_MM)
+    return table_of(title, ("said",), figures, rows)
+
+
+_WORST_MM = ("worst mm off what was said", "off what was told", "moved the other tip")
+
+
+def _worst_mm(done: Sequence[Distance]) -> tuple[str, ...]:
+    off_m = (
+        [abs(one.gone_m - one.said_m) for one in done],
+        [abs(one.gone_m - one.told_m) for one in done if one.told_m is not None],
+        [one.other_m for one in done],
+    )
+    return tuple(f"{1e3 * max(each):.2f}" if each else "" for each in off_m)

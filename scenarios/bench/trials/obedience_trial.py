@@ -19,10 +19,10 @@ from planner.correction import CORRECTIONS, DIRECTION_ENDOSCOPE, Correction
 from planner.instruction import Instruction
 from planner.procedure.cholecystectomy import CHOLECYSTECTOMY
 from planner.procedure.outcomes import structure_of
+from scenarios.bench.trials.run_trials import Trial
 from scenarios.demonstration.interjections import is_harmless
 from scenarios.demonstration.labels import THRESHOLD_RAD
 from scenarios.episode import Episode
-from scenarios.files.errors import describe_with_place
 from scenarios.loop.episode_config import EpisodeConfig
 from scenarios.run_episode import begin
 from tissue_sim.frames import Array
@@ -57,7 +57,7 @@ class CorrectionResponse:
 
 
 @dataclass(frozen=True, kw_only=True)
-class ObedienceTrial:
+class ObedienceTrial(Trial):
     """Result for one patient.
 
     Attributes:
@@ -65,13 +65,10 @@ class ObedienceTrial:
         wrong_tube: Whether the right jaws first reach the instructed tube, although its turn has
             not come. None if the first clip's turn had not come when the episode ended, or if all
             `MOMENTS` of its corrections had passed.
-        error: The error that ended the trial; "" for none.
     """
 
-    seed: int
     responses: tuple[CorrectionResponse, ...] = ()
     wrong_tube: bool | None = None
-    error: str = ""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -115,11 +112,6 @@ class ObedienceExamination:
             if not moments_s:
                 break
         return ObedienceTrial(seed=seed, responses=tuple(responses), wrong_tube=wrong_tube)
-
-
-def lost_trial(seed: int, error: Exception) -> ObedienceTrial:
-    """Return the trial that ended by an exception or by the death of its process."""
-    return ObedienceTrial(seed=seed, error=describe_with_place(error))
 
 
 def is_obeyed(correction: Correction, moved_m: Array, opened_rad: Array) -> bool:

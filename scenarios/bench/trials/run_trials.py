@@ -1,25 +1,33 @@
 """Run many trials, in parallel if requested, with a progress bar."""
 
+from __future__ import annotations
+
 from collections.abc import Callable, Generator, Sequence
 from contextlib import closing
 from dataclasses import dataclass
-from typing import Generic, Protocol, TypeVar
+from typing import Generic, Self, TypeVar
 
 from rich.progress import track
 
+from scenarios.files.errors import describe_with_place
 from scenarios.files.outside_text import Terminal
 from scenarios.workers.pool import run_side_by_side
 
-Result = TypeVar("Result")
 
-
-class Trial(Protocol):
+@dataclass(frozen=True, kw_only=True)
+class Trial:
     """The result of a trial; `error` is the error that ended it, "" for none."""
 
-    @property
-    def seed(self) -> int: ...
-    @property
-    def error(self) -> str: ...
+    seed: int
+    error: str = ""
+
+    @classmethod
+    def lost(cls, seed: int, error: Exception) -> Self:
+        """Return the trial that ended by an exception or by the death of its process."""
+        return cls(seed=seed, error=describe_with_place(error))
+
+
+Result = TypeVar("Result", bound=Trial)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -44,10 +52,11 @@ class TrialAttempt(Generic[Result]):
 def run_all(
     what: str, seeds: Sequence[int], workers: int, attempt: TrialAttempt[Result]
 ) -> list[Result]:
-    """Return the results in the order in which they finish."""
+    """Run a trial on each seed's patient, with a progress bar; return the results by seed."""
     with closing(_results(seeds, workers, attempt)) as results:
         console = Terminal(stderr=True)
-        return list(track(results, what, total=len(seeds), console=console, transient=True))
+        shown = track(results, what, total=len(seeds), console=console, transient=True)
+        return sorted(shown, key=lambda trial: trial.seed)
 
 
 def error_lines(trials: Sequence[Trial]) -> list[str]:

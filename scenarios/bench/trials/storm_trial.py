@@ -9,8 +9,8 @@ from itertools import islice, pairwise
 import numpy as np
 from numpy.typing import NDArray
 
+from scenarios.bench.trials.run_trials import Trial
 from scenarios.bench.trials.storm import OPEN_RAD, storm
-from scenarios.files.errors import describe_with_place
 from tissue_sim.frames import Array
 from tissue_sim.mechanics.topology import components
 from tissue_sim.patient.anatomy import anatomy_from_seed
@@ -30,11 +30,11 @@ LUMENS = [k for k, name in enumerate(REGIONS) if "lumen" in name]  # hollow: may
 
 
 @dataclass(frozen=True, kw_only=True)
-class StormTrial:
+class StormTrial(Trial):
     """Result of one storm.
 
     Attributes:
-        broken: The laws that the storm broke, or the exception that ended it; empty for none.
+        laws: The laws that the storm broke.
         commanded_speed_m_s: Largest of either tip, from the joint targets.
         tip_speed_m_s: 99th percentile of both tips; arms that cross spring apart.
         tissue_speed_m_s: Largest of any vertex.
@@ -49,8 +49,7 @@ class StormTrial:
             rest.
     """
 
-    seed: int
-    broken: tuple[str, ...]
+    laws: tuple[str, ...] = ()
     commanded_speed_m_s: float = np.nan
     tip_speed_m_s: float = np.nan
     tissue_speed_m_s: float = np.nan
@@ -64,6 +63,11 @@ class StormTrial:
     torn: bool = False
     detached: bool = False
     caught: bool = False
+
+    @property
+    def broken(self) -> tuple[str, ...]:
+        """Return the laws that the storm broke, or the exception that ended it; empty for none."""
+        return (self.error,) if self.error else self.laws
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -83,11 +87,6 @@ class StormSample:
     touched: bool
 
 
-def lost_trial(seed: int, error: Exception) -> StormTrial:
-    """Return the trial that ended by an exception or by the death of its process."""
-    return StormTrial(seed=seed, broken=(describe_with_place(error),))
-
-
 def run_trial(seed: int) -> StormTrial:
     """Run the storm, release, rest, and judge; the seed gives the patient and the storm."""
     world = World()
@@ -101,7 +100,7 @@ def run_trial(seed: int) -> StormTrial:
     injuries = {injury.event for injury in world.record.injuries}
     return StormTrial(
         seed=seed,
-        broken=tuple(_broken_laws(world, stormy, still)),
+        laws=tuple(_broken_laws(world, stormy, still)),
         commanded_speed_m_s=float(_speeds(world, stormy, "commanded_m").max()),
         tip_speed_m_s=float(np.percentile(_speeds(world, stormy, "tips_m"), 99)),
         tissue_speed_m_s=max(m.tissue_speed_m_s for m in stormy),

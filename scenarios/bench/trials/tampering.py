@@ -19,6 +19,8 @@ from typing import Any
 import numpy as np
 from rich.table import Table
 
+from scenarios.files.outside_text import table_of
+
 HANG_S = 5.0
 
 
@@ -112,11 +114,9 @@ def _time_limit() -> Iterator[None]:
 
 def tally_table(tallies: dict[str, Tally]) -> Table:
     """Return a table with one row for each target."""
-    table = Table(title="tampered inputs")
-    table.add_column("target")
     columns = ("refused", "harmless", "changed", "traceback", "hang")
-    for heading in (*columns, "slowest (s)", "grown (MB)"):
-        table.add_column(heading, justify="right")
+    figures = (*columns, "slowest (s)", "grown (MB)")
+    table = table_of("tampered inputs", ("target",), figures, ())
     for name, tally in tallies.items():
         counts = [str(tally.ended[how]) for how in columns]
         table.add_row(name, *counts, f"{tally.slowest_s:.2f}", f"{tally.grown_mb:.0f}")

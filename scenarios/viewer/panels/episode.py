@@ -9,7 +9,7 @@ import viser
 from scenarios.catalogue import SCENARIOS, SENSE_OF
 from scenarios.files.outside_text import visible
 from scenarios.perturbation.manual import MANUAL
-from scenarios.viewer.panels.panel import pad
+from scenarios.viewer.panels.panel import Panel, pad
 from scenarios.viewer.session_state import Asks, SessionState, State
 
 SPEEDS = {
@@ -23,7 +23,7 @@ SPEEDS = {
 LARGEST_SEED = 2**53 - 1  # a browser's numbers are exact up to it
 
 
-class TransportPanel:
+class TransportPanel(Panel):
     """Starts, pauses, steps and speeds up the simulation; the robot does not notice it."""
 
     def __init__(self, gui: viser.GuiApi, ask: Asks) -> None:
@@ -61,7 +61,7 @@ class TransportPanel:
         self._start.label = "Start" if state.status.instruction is None else "Go on"
 
 
-class DisturbPanel:
+class DisturbPanel(Panel):
     """A button for each disturbance that a person can apply."""
 
     def __init__(self, gui: viser.GuiApi, ask: Asks) -> None:
@@ -76,11 +76,8 @@ class DisturbPanel:
         async def _(_: object) -> None:
             ask(SessionState.disturb, name)
 
-    def update(self, state: State) -> None:
-        """Do nothing: the panel never changes."""
 
-
-class NewPatientPanel:
+class NewPatientPanel(Panel):
     """Begins the next episode, with another seed and scenario.
 
     The current one ends, and its recording is kept.
@@ -116,9 +113,6 @@ class NewPatientPanel:
         if not 0 <= seed <= LARGEST_SEED or seed != int(seed):
             raise ValueError(f"seed {seed:g}; allowed: whole numbers from 0 to {LARGEST_SEED}")
         self._ask(SessionState.restart, int(seed), self._scenario.value)
-
-    def update(self, state: State) -> None:
-        """Do nothing: the panel never changes."""
 
 
 def _name(speed: float) -> str:

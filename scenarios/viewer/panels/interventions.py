@@ -12,7 +12,7 @@ from planner.correction import CORRECTIONS, Correction
 from scenarios.files.outside_text import visible
 from scenarios.loop.person.guided_arm import GuidedArm
 from scenarios.viewer.layers.layer import wxyz
-from scenarios.viewer.panels.panel import LEFT_RGB, RIGHT_RGB, cells, pad
+from scenarios.viewer.panels.panel import LEFT_RGB, RIGHT_RGB, Panel, cells, pad
 from scenarios.viewer.session_state import Asks, SessionState, State
 from tissue_sim.frames import pose
 from tissue_sim.tools.arms import LEFT_ARM, RIGHT_ARM
@@ -37,7 +37,7 @@ _PADS = (
 )
 
 
-class CorrectionPanel:
+class CorrectionPanel(Panel):
     """The 18 corrections: a pad of buttons for each arm, and buttons for the jaws of both.
 
     A pad is laid out by direction in the endoscope's view.
@@ -62,11 +62,8 @@ class CorrectionPanel:
         async def _(_: object) -> None:
             self._ask(SessionState.press, correction.text)
 
-    def update(self, state: State) -> None:
-        """Do nothing: the panel never changes."""
 
-
-class TakeOverPanel:
+class TakeOverPanel(Panel):
     """Buttons to take over an arm and give it back, and a slider for its jaws.
 
     The arm follows a gizmo, through the safety filter.
@@ -160,7 +157,7 @@ class TakeOverPanel:
         self._jaw.visible = self._back.visible = False
 
 
-class TrainingDataPanel:
+class TrainingDataPanel(Panel):
     """A button to save an intervention; a notification shows the path or the error."""
 
     def __init__(self, gui: viser.GuiApi, ask: Asks) -> None:

@@ -13,6 +13,7 @@ import viser
 
 from scenarios.viewer.layers.layer import Rgb, srgb
 from scenarios.viewer.layers.overlays import FORCE_COLOUR, KEEP_OUT_COLOUR, PLAN_COLOURS
+from scenarios.viewer.panels.panel import Panel
 from scenarios.viewer.panels.talk import GO_ON, HOLD
 from scenarios.viewer.session_state import Asks, SessionState, State
 from tissue_sim.rendering.clip_shape import LOOK as CLIP
@@ -35,38 +36,25 @@ class Key:
         return f"Shift+{self.hotkey}" if self.shift else self.hotkey
 
 
-_DIRECTIONS = {  # keys of the right hand, placed like arrow keys
-    "I": "higher",
-    "J": "to the left",
-    "K": "lower",
-    "L": "to the right",
-    "U": "away from me",
-    "O": "towards me",
+_MOVES = {  # keys of the right hand, placed like arrow keys
+    "I": "move {} arm higher",
+    "J": "move {} arm to the left",
+    "K": "move {} arm lower",
+    "L": "move {} arm to the right",
+    "U": "move {} arm away from me",
+    "O": "move {} arm towards me",
 }
+_JAWS = {"Y": "open {} gripper", "P": "close {} gripper"}
 KEYS: tuple[Key, ...] = (
     Key(hotkey="space", label="start or pause", method=SessionState.start_or_pause),
     Key(hotkey="N", label="one step", method=SessionState.step),
     Key(hotkey="H", label="hold still", command=HOLD),
     Key(hotkey="B", label="back to the planner", command=GO_ON),
     *(
-        Key(
-            hotkey=key,
-            label=f"move {arm} arm {words}",
-            command=f"move {arm} arm {words}",
-            shift=arm == "left",
-        )
+        Key(hotkey=key, label=said, command=said, shift=arm == "left")
+        for acts in (_MOVES, _JAWS)
         for arm in ("right", "left")
-        for key, words in _DIRECTIONS.items()
-    ),
-    *(
-        Key(
-            hotkey=key,
-            label=f"{what} {arm} gripper",
-            command=f"{what} {arm} gripper",
-            shift=arm == "left",
-        )
-        for arm in ("right", "left")
-        for key, what in (("Y", "open"), ("P", "close"))
+        for key, said in ((key, act.format(arm)) for key, act in acts.items())
     ),
 )
 
@@ -92,7 +80,7 @@ def _add(gui: viser.GuiApi, ask: Asks, key: Key) -> None:
             ask(key.method)
 
 
-class LegendPanel:
+class LegendPanel(Panel):
     """Colours, which depend on the patient, and keyboard shortcuts."""
 
     def __init__(self, gui: viser.GuiApi, ask: Asks) -> None:

@@ -6,6 +6,7 @@ import viser
 
 from scenarios.files.outside_text import in_html
 from scenarios.recording.event_log import Kind, LogLine
+from scenarios.viewer.panels.panel import Panel
 from scenarios.viewer.session_state import Asks, State
 from tissue_sim.constants import CONTROL_PERIOD_S
 
@@ -23,7 +24,7 @@ _TAGS: dict[Kind, tuple[str, str]] = {  # label and colour
 }
 
 
-class LogPanel:
+class LogPanel(Panel):
     """The events, the newest first.
 
     They are instructions with source and confidence, speech, injuries, and the filter's changes.
@@ -47,7 +48,7 @@ class LogPanel:
         )
 
 
-class TimingPanel:
+class TimingPanel(Panel):
     """The time that each stage of a control step takes, in a row for each."""
 
     def __init__(self, gui: viser.GuiApi, ask: Asks) -> None:

@@ -4,11 +4,12 @@ from __future__ import annotations
 
 import viser
 
+from scenarios.viewer.panels.panel import Panel
 from scenarios.viewer.scene import OPTIONAL, ViewerScene, look_through
-from scenarios.viewer.session_state import Asks, SessionState, State
+from scenarios.viewer.session_state import Asks, SessionState
 
 
-class LookPanel:
+class LookPanel(Panel):
     """Check boxes for layers, for all tabs; dark or light, for each tab."""
 
     def __init__(self, gui: viser.GuiApi, scene: ViewerScene, ask: Asks) -> None:
@@ -33,9 +34,6 @@ class LookPanel:
 
     async def _on_shown(self, _: object) -> None:
         self._scene.shown = frozenset(name for name, box in self._shown.items() if box.value)
-
-    def update(self, state: State) -> None:
-        """Do nothing: the panel never changes."""
 
 
 def theme(gui: viser.GuiApi | None, *, dark: bool) -> None:

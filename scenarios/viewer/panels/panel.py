@@ -7,7 +7,6 @@ names. Then the buttons stand one below the other with their whole texts, and wo
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Protocol
 
 import viser
 
@@ -47,12 +46,11 @@ CELLS
 """
 
 
-class Panel(Protocol):
+class Panel:
     """Part of the page, made by `Panel(gui, ask)` in viser's current container."""
 
     def update(self, state: State) -> None:
-        """Show the session's state; viser sends only the changes."""
-        ...
+        """Show the session's state; viser sends only the changes. By default nothing changes."""
 
 
 def add_style(gui: viser.GuiApi, cells: str = "") -> None:

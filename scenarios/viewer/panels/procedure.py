@@ -10,13 +10,14 @@ from scenarios.catalogue import procedure_named
 from scenarios.files.outside_text import in_html
 from scenarios.recording.event_log import EpisodeStatus, progress_of
 from scenarios.recording.reasons import in_detail
+from scenarios.viewer.panels.panel import Panel
 from scenarios.viewer.session_state import Asks, SessionState, State
 from tissue_sim.tools.arms import LEFT_ARM
 
 _PLANNER, _HUMAN, _FORBIDDEN = "#1c7ed6", "#e8590c", "#c92a2a"
 
 
-class ProcedurePanel:
+class ProcedurePanel(Panel):
     """The instruction in large type, a progress bar, and the list of tasks."""
 
     def __init__(self, gui: viser.GuiApi, ask: Asks) -> None:
@@ -34,7 +35,7 @@ class ProcedurePanel:
         self._tasks.content = f'<div class="calot"><table>{rows}</table></div>'
 
 
-class CameraPanel:
+class CameraPanel(Panel):
     """The endoscope's picture, a few times a second, if pictures are rendered."""
 
     def __init__(self, gui: viser.GuiApi, ask: Asks) -> None:

@@ -10,7 +10,7 @@ from planner.language.reading import Reading
 from scenarios.files.outside_text import in_html
 from scenarios.loop.person.inbox import read
 from scenarios.recording.event_log import Kind, LogLine
-from scenarios.viewer.panels.panel import pad
+from scenarios.viewer.panels.panel import Panel, pad
 from scenarios.viewer.session_state import Asks, SessionState, State
 
 LATE_S = 0.5  # how long to wait for typed text that arrives after Enter
@@ -20,7 +20,7 @@ SPOKEN: tuple[Kind, ...] = ("said", "asked back", "told")
 _NONE = "-"
 
 
-class TalkPanel:
+class TalkPanel(Panel):
     """A line for free text, buttons for the guesses, and buttons to hold and to go on."""
 
     def __init__(self, gui: viser.GuiApi, ask: Asks) -> None:

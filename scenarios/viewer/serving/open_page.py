@@ -4,27 +4,19 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
-from typing import Protocol
+from typing import TYPE_CHECKING
 
 from scenarios.files.outside_text import Terminal
-from scenarios.viewer.serving.gate import Gate
 from scenarios.viewer.serving.port import FIRST_PORT, choose_port, in_address
 
-
-class Served(Protocol):
-    """A page whose server runs while its `with` block lasts."""
-
-    @property
-    def gate(self) -> Gate: ...
-    @property
-    def port(self) -> int: ...
-    def __enter__(self) -> Served: ...
-    def __exit__(self, *exception: object) -> None: ...
+if TYPE_CHECKING:
+    from scenarios.viewer.serving.drawn_page import DrawnPage
+    from scenarios.viewer.serving.page_process import PageProcess
 
 
 @contextmanager
 def serve(
-    make: Callable[[int], Served],
+    make: Callable[[int], PageProcess | DrawnPage],
     host: str,
     port: int | None,
     console: Terminal,
@@ -43,11 +35,9 @@ def serve(
             warning = "warning: others can reach this address; who has it can move the robot"
             console.print(warning, highlight=False, soft_wrap=True)
         asked = f"/?token={token}" if token else ""
-        told = (
-            f"open http://{in_address(host)}:{page.port}{asked} in a browser; press Ctrl-C to end"
-        )
-        console.print(told, highlight=False, soft_wrap=True)
-        if say_port is not None:
-            told = f"speak at http://{in_address(host)}:{say_port}{asked}"
-            console.print(told, highlight=False, soft_wrap=True)
+        here = f"http://{in_address(host)}"
+        told = [f"open {here}:{page.port}{asked} in a browser; press Ctrl-C to end"]
+        told += [] if say_port is None else [f"speak at {here}:{say_port}{asked}"]
+        for line in told:
+            console.print(line, highlight=False, soft_wrap=True)
         yield

@@ -13,7 +13,7 @@ from scenarios.bench.trials.attack import (
     AttackTargets,
     random_start,
 )
-from scenarios.bench.trials.attack_trial import AttackRun, AttackTrial, Pair, lost_trial, run_trial
+from scenarios.bench.trials.attack_trial import AttackRun, AttackTrial, Pair, run_trial
 from scenarios.bench.trials.run_trials import TrialAttempt
 from scenarios.cli import main
 from tests.controller.safety.field import T_WORLD_RCM, TOOLS
@@ -94,7 +94,7 @@ def test_only_what_passes_the_filter_is_a_failure():
 
 
 def test_an_exception_is_a_failure():
-    (said,) = broken_lines([TrialAttempt(run=run_trial, lost=lost_trial)(-1)])
+    (said,) = broken_lines([TrialAttempt(run=run_trial, lost=AttackTrial.lost)(-1)])
     assert said.startswith("seed -1: ValueError")
 
 

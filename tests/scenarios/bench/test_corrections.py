@@ -9,13 +9,11 @@ from controller.expert.targets import clip_pose, grasp_pose
 from planner.correction import CORRECTIONS
 from planner.procedure.cholecystectomy import TASKS
 from scenarios.bench.corrections import corrections_table
-from scenarios.bench.latency import measured
 from scenarios.bench.trials.correction_trial import (
     SAID_S,
     CorrectionTrial,
     Course,
     ForkComparison,
-    lost_trial,
     wanted_motion,
 )
 from scenarios.bench.trials.run_trials import error_lines
@@ -106,12 +104,6 @@ def test_the_table_counts_done_tasks_and_lost_trials_are_reported():
     assert rows["task done in 20 s"][:2] == ("0", "2")
     assert rows["nothing injured"][:2] == ("0", "2")
     assert list(corrections_table([CorrectionTrial(seed=5)]).columns[0].cells) == ["moments"]
-    assert error_lines([lost_trial(7, RuntimeError("a string snapped"))]) == [
+    assert error_lines([CorrectionTrial.lost(7, RuntimeError("a string snapped"))]) == [
         "seed 7: RuntimeError: a string snapped"
     ]
-
-
-def test_a_text_changes_a_command_after_it_was_read():
-    wait = next(measured(EpisodeConfig(**WITNESS, scenario="textbook", seed=SEED)))
-    assert wait.changed_s is not None
-    assert 0.0 < wait.read_s <= wait.changed_s

@@ -2,13 +2,12 @@
 
 import pytest
 
-from scenarios.bench.distances import distances_table
 from scenarios.bench.trials.distance_trial import (
     WHEN,
     Distance,
     DistanceExamination,
     DistanceTrial,
-    lost_trial,
+    distances_table,
 )
 from scenarios.bench.trials.run_trials import error_lines
 from scenarios.loop.episode_config import EpisodeConfig
@@ -68,5 +67,5 @@ def test_the_table_counts_by_when_it_was_said():
 
 
 def test_a_trial_that_an_error_ended_is_named():
-    (line,) = error_lines([lost_trial(7, ValueError("no such patient"))])
+    (line,) = error_lines([DistanceTrial.lost(7, ValueError("no such patient"))])
     assert line.startswith("seed 7: ")

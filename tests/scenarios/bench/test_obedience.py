@@ -12,7 +12,6 @@ from scenarios.bench.trials.obedience_trial import (
     ObedienceExamination,
     ObedienceTrial,
     is_obeyed,
-    lost_trial,
 )
 from scenarios.bench.trials.run_trials import error_lines
 from scenarios.catalogue import WITNESS
@@ -114,7 +113,7 @@ def test_the_table_counts_what_was_said_and_obeyed():
 
 
 def test_a_trial_that_an_error_ended_is_named():
-    trial = lost_trial(7, ValueError("no such patient"))
+    trial = ObedienceTrial.lost(7, ValueError("no such patient"))
     (line,) = error_lines([ObedienceTrial(seed=6), trial])
     assert line.startswith("seed 7: ")
     assert "no such patient" in line

@@ -34,7 +34,7 @@ def test_an_arm_without_a_name_is_named_after_its_parts():
 
 
 def test_its_choices_make_an_episode():
-    config = EpisodeConfig(**arm_from_text("a=scripted+idle,filter=off").choices)
+    config = EpisodeConfig(**arm_from_text("a=scripted+idle,filter=off").stack)
     assert (config.planner, config.controller, config.safety_filter) == ("scripted", "idle", False)
 
 

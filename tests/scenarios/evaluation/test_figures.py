@@ -1,6 +1,5 @@
 """Tests of the figures: one example each, computed by hand, and what the page makes of them."""
 
-import re
 from dataclasses import replace
 
 import pytest
@@ -8,9 +7,9 @@ import pytest
 from planner.procedure.cholecystectomy import TASKS
 from scenarios.evaluation import published
 from scenarios.evaluation.figures import figures, jerk_m, path_m, task_figures
-from scenarios.evaluation.page.srt_h import beside_srt_h
-from scenarios.evaluation.page.whole import page
+from scenarios.evaluation.page import page
 from scenarios.evaluation.report import report_of
+from scenarios.evaluation.tables import tables
 from scenarios.loop.results import InjuryResult, SafetyResult, TaskResult
 from tests.scenarios.evaluation.made_up import FIRST, MADE_WITH, NOWHERE, plan, results_of
 from tests.scenarios.example_results import CALLED, ERROR, PASSED
@@ -97,17 +96,11 @@ def test_a_kind_of_task_is_told_by_its_clip_on_both_tubes_where_it_was_done():
     assert (cut.time_s, cut.path_m) == (3.0, pytest.approx(0.04))
 
 
-def rows_of(html):
-    """Return the cells of each row of a page's table, by the row's first cell."""
-    rows = [re.findall("<td[^>]*>(.*?)</td>", row) for row in re.findall("<tr>(.*?)</tr>", html)]
-    return {row[0]: row[1:] for row in rows if row}
-
-
 def test_beside_srt_h_stand_the_means_and_what_is_published():
     results = iter((QUICK, SLOW, FAILED))
     some = plan("nominal", arms=(FIRST,), seeds=range(3))
     report = report_of(some, results_of(some, lambda case: next(results)), NOWHERE)
-    rows = rows_of(beside_srt_h(report))
+    rows = {heading: row for heading, *row in tables(report)["srt_h"].rows}
     assert rows["procedures passed"] == ["2 of 3", "8 of 8", "–"]
     assert rows["procedure (s)"] == ["50", "317", "–"]
     assert rows["self-corrections"] == ["4.0", "6.4", "–"]

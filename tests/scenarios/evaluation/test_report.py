@@ -11,9 +11,9 @@ from rich.console import Console
 from scenarios.evaluation.arm import StudyArm
 from scenarios.evaluation.case import Case
 from scenarios.evaluation.comparison import compare
-from scenarios.evaluation.page.whole import page
+from scenarios.evaluation.page import page
 from scenarios.evaluation.report import document, lowest_pass_rate, report_of
-from scenarios.evaluation.terminal_tables import tables
+from scenarios.evaluation.tables import tables
 from scenarios.evaluation.words import end_of, held
 from scenarios.files.strict_json import dumps
 from scenarios.loop.results import CallResult, episode_from, summarise
@@ -55,7 +55,7 @@ def test_errors_are_counted_apart_and_leave_rate_and_pairs(report):
     assert found.summary.pass_rate == 5 / 9
     assert sum(found.reasons.values()) == 4
     assert len(report.arms["second"].errors) == len(
-        [r for s in report.arms["second"].suites.values() for _, r in s.results if r.error]
+        [e for s in report.arms["second"].suites.values() for e in s.episodes if e["error"]]
     )
     (pair,) = (c for c in report.comparisons if c.suite == "nominal")
     assert (pair.pairs, pair.only_arm, pair.only_reference) == (9, 1, 4)
@@ -81,11 +81,14 @@ def test_calls_are_listed_with_their_reason_and_right_ones_leave_rate_and_pairs(
     assert (found.worst, found.errors) == ((), ())
     (pair,) = declined.comparisons
     assert (pair.pairs, pair.only_arm, pair.difference) == (5, 5, 1.0)
-    assert "10 (100 %), 5 without need" in in_text(declined)
+    rates = tables(declined)["rates"]
+    told = dict(zip([*rates.words, *rates.numbers], rates.rows[0], strict=True))
+    called = told["called"], told["rightly"], told["without need"]
+    assert (told["arm"], *called) == ("first", "10 (100 %)", "5", "5")
     assert "called without need: <too> short." in in_text(declined)
     assert "called rightly: <too> short." not in in_text(declined)
     html = page(declined, MADE_WITH)
-    assert "<td>nominal</td><td class='n'>5</td><td class='n'>5</td>" in html
+    assert "<td class='n'>10 (100 %)</td><td class='n'>5</td><td class='n'>5</td>" in html
     assert html.index("called without need: &lt;too") < html.index("5 rightly called</summary>")
     assert html.index("5 rightly called</summary>") < html.index("called rightly: &lt;too")
 
@@ -232,10 +235,10 @@ def test_two_suites_with_the_same_ladder_tell_each_its_own_climb():
     assert (climbs["perturbation"].held, climbs["perturbation"].breaking) == (1.0, None)
     assert (climbs["pictures"].held, climbs["pictures"].breaking) == (None, 0.125)
     assert [rung.summary.episodes for rung in climbs["pictures"].rungs] == [10]
-    assert re.search(
-        "<h3>perturbation: dye</h3>(?:(?!<h3>).)*</span>holds<", page(found, MADE_WITH)
-    )
-    assert re.search("<h3>pictures: dye</h3>(?:(?!<h3>).)*breaks at 0.125", page(found, MADE_WITH))
+    html = page(found, MADE_WITH)
+    assert re.search("<h3>pictures: dye</h3><svg ", html)
+    assert re.search("<td>perturbation</td><td>dye</td><td>[^<]*</td><td>holds <", html)
+    assert re.search("<td>pictures</td><td>dye</td><td>[^<]*</td><td>breaks at 0.125 <", html)
     told = [set(line.replace("│", " ").split()) for line in in_text(found).splitlines()]
     assert any(line >= {"dye", "perturbation", "holds"} for line in told)
     assert any(line >= {"dye", "pictures", "breaks"} for line in told)
@@ -325,13 +328,18 @@ def test_words_of_others_are_no_markup_on_the_page(report):
     html = page(report, MADE_WITH)
     assert "&lt;no&gt; such thing" in html
     assert "<no>" not in html
+    hostile = "</code><script>\x1b[31m\u202e'"
+    html = page(report, {"config": hostile, "versions": {}})
+    assert "<script" not in html
+    assert not set(html) & {"\x1b", "\u202e"}
 
 
 def in_text(report) -> str:
     """Return the tables as the terminal shows them."""
     console = Console(width=240, record=True, file=StringIO())
-    for table in tables(report):
-        console.print(table)
+    for table in tables(report).values():
+        if not table.page_only:
+            console.print(table.drawn())
     return console.export_text()
 
 

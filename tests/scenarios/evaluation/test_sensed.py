@@ -5,12 +5,14 @@ from pathlib import Path
 
 import pytest
 
-from scenarios.evaluation.page.senses import senses
+from scenarios.evaluation.page import page
+from scenarios.evaluation.plots import plots
 from scenarios.evaluation.report import report_of
 from scenarios.evaluation.sensed import sensed_figures
-from scenarios.evaluation.terminal_tables import tables
+from scenarios.evaluation.tables import tables
 from scenarios.loop.results import SensingResult
-from tests.scenarios.evaluation.made_up import FIRST, episode, plan, results_of
+from tests.scenarios.evaluation.made_up import FIRST, MADE_WITH, episode, plan, results_of
+from tests.scenarios.evaluation.test_plots import DOT
 
 SEEN = SensingResult(
     near_m=0.0004,
@@ -46,8 +48,9 @@ def test_the_page_and_the_terminal_tell_what_was_sensed_and_nothing_where_nothin
     asked = plan("nominal", arms=(FIRST,), seeds=range(3))
     for make, told in ((lambda case: seen(case, near_m=4.2e-4), True), (episode, False)):
         report = report_of(asked, results_of(asked, make), Path("nowhere"))
-        assert ("0.42" in senses(report)) == told
-        assert any("sensed" in str(table.title) for table in tables(report)) == told
+        html, table = page(report, MADE_WITH), tables(report)["sensed"]
+        assert ("What was sensed" in html) == ("<td class='n'>0.42</td>" in html) == told
+        assert any("0.42" in row for row in table.rows) == bool(table.rows) == told
 
 
 def test_errors_over_time_are_told_while_half_of_the_episodes_are_near():
@@ -61,7 +64,7 @@ def test_errors_over_time_are_told_while_half_of_the_episodes_are_near():
     report = report_of(asked, results_of(asked, one), Path("nowhere"))
     (figures,) = next(iter(report.arms.values())).suites["nominal"].sensed
     assert figures.over_time_m == (0.003, None, None)
-    assert senses(report).count("<circle") == 1
+    assert len(DOT.findall(plots(report)["sensed"][""])) == 1
 
 
 def test_an_error_of_0_is_drawn_too():
@@ -71,4 +74,4 @@ def test_an_error_of_0_is_drawn_too():
         return replace(episode(case), sensing=replace(SEEN, over_time_m=(0.0, None, 0.0)))
 
     report = report_of(asked, results_of(asked, one), Path("nowhere"))
-    assert senses(report).count("<circle") == 2
+    assert len(DOT.findall(plots(report)["sensed"][""])) == 2

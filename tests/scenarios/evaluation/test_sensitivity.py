@@ -6,7 +6,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from scenarios.evaluation.page.whole import page
+from scenarios.evaluation.page import page
 from scenarios.evaluation.report import report_of
 from scenarios.evaluation.sensitivity import FACTORS, passes, sensitivity, threshold_of
 from scenarios.loop.results import CallResult, InjuryResult, PeakResult, summarise

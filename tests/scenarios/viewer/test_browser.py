@@ -8,9 +8,17 @@ import pytest
 
 from controller.dataset.part import read_part
 from scenarios.recording.recorder import load
-from scenarios.viewer.chromium import browser, button, enter, missing, open_tab, press, type_in
 from scenarios.viewer.serving.page_process import PageProcess
 from scenarios.viewer.serving.port import choose_port
+from tests.scenarios.viewer.chromium import (
+    browser,
+    button,
+    enter,
+    missing,
+    open_tab,
+    press,
+    type_in,
+)
 from tests.scenarios.viewer.sessions import SEED, run_to, running_session, wait_until
 from tissue_sim.constants import CONTROL_PERIOD_S
 from tissue_sim.tools.arms import RIGHT_ARM

@@ -6,6 +6,7 @@ The experiments are those of the validation page, `notebooks/01_field_and_physic
 import numpy as np
 import pytest
 
+from tests.tissue_sim.verification.tented import tented
 from tissue_sim.patient.material import Material
 from tissue_sim.verification.bodies import EPS, SETTLED_M, box, face_share, overdamped, settle
 from tissue_sim.verification.cantilever import (
@@ -19,7 +20,6 @@ from tissue_sim.verification.clip_closure import squeezed_block
 from tissue_sim.verification.cut_strip import slit, whole_cut
 from tissue_sim.verification.friction_cone import FRICTION_ERROR, friction_cone
 from tissue_sim.verification.stretch import stretch
-from tissue_sim.verification.tented import tented
 from tissue_sim.verification.volume import volume
 
 

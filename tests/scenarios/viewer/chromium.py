@@ -1,4 +1,4 @@
-"""A real browser, where one is installed, for tests and benches of the page."""
+"""A real browser, where one is installed, for tests of the page."""
 
 from __future__ import annotations
 

@@ -1,1 +1,0 @@
-"""A report as a page; sections that are alike share a file."""
