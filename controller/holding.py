@@ -28,18 +28,22 @@ class Holding:
         self._jaw_rad = None
 
     def action(
-        self, instruction: Instruction, seen: Observation, commanded: Array, led: int | None = None
+        self,
+        instruction: Instruction,
+        observation: Observation,
+        commanded: Array,
+        led: int | None = None,
     ) -> ToolAction:
         """Return the action of a step in a hold.
 
         Args:
             instruction: The instruction in force.
-            seen: The present observation.
+            observation: The present observation.
             commanded: (2,) the jaws' last command.
             led: The arm that a person leads by the hand; None for none.
         """
-        grips = np.array([seen.pinch_n >= HELD_PINCH_N, False])
-        now_rad = np.where(grips, commanded, np.maximum(commanded, seen.joints[:, 6]))
+        grips = np.array([observation.pinch_n >= HELD_PINCH_N, False])
+        now_rad = np.where(grips, commanded, np.maximum(commanded, observation.joints[:, 6]))
         if self._jaw_rad is None:
             self._jaw_rad = now_rad
         self._jaw_rad = np.where(moved_by_person(instruction, led), now_rad, self._jaw_rad)

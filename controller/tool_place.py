@@ -40,13 +40,13 @@ class ToolPlace:
         self.offset_m: Array = np.zeros(3)
         self._moved_in: Task | None = None
 
-    def corrected(self, seen: Observation) -> Observation:
+    def corrected(self, observation: Observation) -> Observation:
         """Return an observation with the right tip at its corrected place."""
         if not self.offset_m.any():
-            return seen
-        tips = seen.tips_endoscope.copy()
+            return observation
+        tips = observation.tips_endoscope.copy()
         tips[RIGHT_ARM, :3, 3] += self.offset_m
-        return replace(seen, tips_endoscope=tips)
+        return replace(observation, tips_endoscope=tips)
 
     @property
     def in_words(self) -> str:
@@ -59,11 +59,11 @@ class ToolPlace:
         place = ", ".join(ways) or "where the arm's encoders have it"
         return f"I take the right tool to be {place} from now on."
 
-    def follow(self, seen: Observation, instruction: Instruction) -> bool:
+    def follow(self, observation: Observation, instruction: Instruction) -> bool:
         """Take in one control step; return whether the tool's offset has changed.
 
         Args:
-            seen: The observation, as corrected so far.
+            observation: The observation, as corrected so far.
             instruction: The instruction in force.
         """
         said, task = instruction.correction, instruction.task
@@ -76,10 +76,10 @@ class ToolPlace:
         if said.jaw != "close" or self._moved_in is None:
             return False
         self._moved_in = None
-        return self._learn(seen, task)
+        return self._learn(observation, task)
 
-    def _learn(self, seen: Observation, task: Task) -> bool:
-        place = task_place(Scene(seen.vector()), task)
+    def _learn(self, observation: Observation, task: Task) -> bool:
+        place = task_place(Scene(observation.vector()), task)
         if place is None or np.linalg.norm(self.offset_m + place.off_m) > MOST_M:
             return False
         self.offset_m = self.offset_m + place.off_m

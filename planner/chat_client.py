@@ -108,7 +108,8 @@ def _require_success(reply: Reply) -> None:
     Raises:
         EndpointError: The request was refused; the message has the server's words.
     """
-    why = f"it answered {reply.status} {reply.reason}" + (reply.words and f": {reply.words}")
+    reason = "and sends elsewhere" if 300 <= reply.status < 400 else reply.reason
+    why = f"it answered {reply.status} {reason}" + (reply.words and f": {reply.words}")
     if reply.status != 200:
         passing = reply.status in PASSING or reply.status >= 500
         after_s = _seconds_after(reply.headers.get("Retry-After", ""))

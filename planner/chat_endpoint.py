@@ -10,24 +10,16 @@ import json
 import math
 import os
 import time
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from concurrent.futures import Future
 from contextlib import suppress
 from dataclasses import dataclass
-from functools import partial
 from http.client import HTTPConnection, HTTPException
 from socket import SHUT_RDWR
 from threading import Thread
-from typing import Any, TypeVar
-from urllib.error import HTTPError
+from typing import Any
 from urllib.parse import unquote, urlsplit
-from urllib.request import (
-    HTTPHandler,
-    HTTPRedirectHandler,
-    HTTPSHandler,
-    Request,
-    build_opener,
-)
+from urllib.request import HTTPHandler, HTTPSHandler, OpenerDirector, ProxyHandler, Request
 
 URL, MODEL, KEY = "CALOT_LLM_URL", "CALOT_LLM_MODEL", "CALOT_LLM_KEY"
 TIMEOUT, TIMEOUT_S = "CALOT_LLM_TIMEOUT", 10.0  # the variable, and its default
@@ -133,7 +125,6 @@ def _is_address(url: str) -> bool:
 MAX_BYTES = 1_000_000
 MAX_WORDS = 200  # characters of a server's words that are reported
 THREAD = "request to a language model"
-T = TypeVar("T")
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -165,16 +156,24 @@ class Reply:
 
 
 def post(address: str, body: bytes, headers: Mapping[str, str], limit_s: float) -> Reply:
-    """Send a request and return the whole reply.
+    """Send a request and return the whole reply; a redirect is a reply, too.
 
     Raises:
         TimeoutError: The whole reply did not come within the limit.
         EndpointError: The server cannot be reached, or sends too much.
     """
-    request = Request(address, data=body, headers=dict(headers), method="POST")
-    line = _Line()
-    try:
-        return _within(limit_s, partial(_exchange, line, request, limit_s))
+    request, line = Request(address, body, dict(headers), method="POST"), _Line()
+    future: Future[Reply] = Future()
+
+    def run() -> None:
+        try:
+            future.set_result(line.exchange(request, limit_s))
+        except Exception as error:
+            future.set_exception(error)
+
+    Thread(target=run, name=THREAD, daemon=True).start()
+    try:  # the timeout of a socket limits each read, and the look-up of a name has no timeout
+        return future.result(timeout=max(limit_s, 0.0))
     except TimeoutError:
         line.hang_up()
         raise
@@ -183,23 +182,6 @@ def post(address: str, body: bytes, headers: Mapping[str, str], limit_s: float) 
         if isinstance(reason, TimeoutError):
             raise TimeoutError from None
         raise EndpointError(f"it cannot be reached: {reason}") from None
-
-
-def _within(limit_s: float, call: Callable[[], T]) -> T:
-    """Return the result of a call, or raise TimeoutError and leave the call running.
-
-    The timeout of a socket limits each read, and the look-up of a name has no timeout.
-    """
-    future: Future[T] = Future()
-
-    def run() -> None:
-        try:
-            future.set_result(call())
-        except Exception as error:
-            future.set_exception(error)
-
-    Thread(target=run, name=THREAD, daemon=True).start()
-    return future.result(timeout=max(limit_s, 0.0))
 
 
 class _Line(HTTPSHandler, HTTPHandler):
@@ -216,42 +198,25 @@ class _Line(HTTPSHandler, HTTPHandler):
 
         return super().do_open(connection, req, **options)  # pyright: ignore[reportArgumentType]
 
+    def exchange(self, request: Request, limit_s: float) -> Reply:
+        """Send a request, without following redirects: the named address alone gets the key."""
+        opener, until_s, content = OpenerDirector(), time.monotonic() + limit_s, b""
+        for handler in (ProxyHandler(), self):
+            opener.add_handler(handler)
+        answer: Any = opener.open(request, timeout=limit_s)
+        with answer:
+            while part := answer.read1(65_536):
+                content += part
+                if len(content) > MAX_BYTES:
+                    raise EndpointError(f"its answer is longer than {MAX_BYTES} bytes")
+                if time.monotonic() > until_s:
+                    raise TimeoutError
+        return Reply(
+            status=answer.status, reason=answer.reason, headers=answer.headers, content=content
+        )
+
     def hang_up(self) -> None:
         """Cut the connection if it is open, so that the thread that reads from it ends."""
         if self._connection is not None and self._connection.sock is not None:
             with suppress(OSError):
                 self._connection.sock.shutdown(SHUT_RDWR)
-
-
-class _NoRedirect(HTTPRedirectHandler):
-    """Refuses redirects, so that the key is sent to the named address only."""
-
-    def redirect_request(self, req: Any, fp: Any, code: int, *_: Any) -> None:
-        raise HTTPError(req.full_url, code, "and sends elsewhere", req.headers, fp)
-
-
-def _exchange(line: _Line, request: Request, limit_s: float) -> Reply:
-    until_s = time.monotonic() + limit_s
-    answer: Any
-    try:
-        answer = build_opener(line, _NoRedirect).open(request, timeout=limit_s)
-    except HTTPError as error:
-        answer = error
-    with answer:
-        return Reply(
-            status=answer.status,
-            reason=answer.reason,
-            headers=answer.headers,
-            content=_read(answer, until_s),
-        )
-
-
-def _read(answer: Any, until_s: float) -> bytes:
-    content = b""
-    while part := answer.read1(65_536):
-        content += part
-        if len(content) > MAX_BYTES:
-            raise EndpointError(f"its answer is longer than {MAX_BYTES} bytes")
-        if time.monotonic() > until_s:
-            raise TimeoutError
-    return content

@@ -214,7 +214,7 @@ SENSE_OF: dict[str, str] = {p.name: "tracked" for p in SENSING} | {
 }
 """The only sense that fits a scenario, by the scenario's name."""
 
-WITNESS: dict[str, Any] = {"planner": "scripted", "controller": "expert", "sense": "exact"}
+ORACLE: dict[str, Any] = {"planner": "scripted", "controller": "expert", "sense": "exact"}
 """The oracle: the stack that reads the hidden state of the world, and shows the possible."""
 
 
@@ -223,8 +223,8 @@ def usual_sense(planner: str, controller: str, scenario: str = "nominal") -> str
 
     Scenarios of larger sensing errors need the sense with errors.
     """
-    witness = (planner, controller) == (WITNESS["planner"], WITNESS["controller"])
-    return WITNESS["sense"] if witness and scenario not in SENSE_OF else "tracked"
+    oracle = (planner, controller) == (ORACLE["planner"], ORACLE["controller"])
+    return ORACLE["sense"] if oracle and scenario not in SENSE_OF else "tracked"
 
 
 PEOPLE: dict[str, str] = {"surgeon": "scenarios.loop.person.surgeon:Surgeon"}

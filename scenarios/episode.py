@@ -215,8 +215,8 @@ class Episode:
         """Return the next action of the running chunk, or the first of a new one."""
         if not self._chunk:
             with self._clock.stage("controller"):
-                seen = self._pictures.added_to(self.observation, self.world)
-                act = partial(self.controller.act, seen, self._instruction)
+                observation = self._pictures.added_to(self.observation, self.world)
+                act = partial(self.controller.act, observation, self._instruction)
                 self._chunk.extend(self.acts.timed(act))
         return self._chunk.popleft()
 
@@ -298,12 +298,12 @@ class Episode:
 
         The last retraction ends only when the arm is back.
         """
-        task, seen = step.instruction.task, step.observation
+        task, observation = step.instruction.task, step.observation
         too_long = self.tasks.results[task.index].time_s > self.config.task_cap_s
         if step.instruction.call or too_long or self._held_s > MOST_HELD_S:
             return True
-        severed: dict[str, bool] = dict(zip(TUBES, seen.severed, strict=True))
-        ends = self.procedure.may_end_with(task, severed) and is_back(seen)
+        severed: dict[str, bool] = dict(zip(TUBES, observation.severed, strict=True))
+        ends = self.procedure.may_end_with(task, severed) and is_back(observation)
         self._back_since_s = min(self._back_since_s, step.time_s) if ends else math.inf
         return step.time_s - self._back_since_s >= STAYS_BACK_S - 1e-9
 

@@ -167,18 +167,10 @@ def _loaded(path: Path) -> tuple[PolicyConfig, Sampler]:
 
 
 def make(setup: PolicySetup) -> ControllerDiffusion:
-    """Return the controller of the checkpoint in its setup.
-
-    Raises:
-        CheckpointError: There is no checkpoint, or the checkpoint does not fit.
-    """
+    """Return the controller of the checkpoint in its setup; errors are those of a load."""
     return load_controller(setup.checkpoint, setup.seed)
 
 
 def make_alone(setup: PolicySetup) -> ControllerDiffusion:
-    """Return the controller of the checkpoint in its setup, without the rules.
-
-    Raises:
-        CheckpointError: There is no checkpoint, or the checkpoint does not fit.
-    """
+    """Return the same without the rules."""
     return load_controller(setup.checkpoint, setup.seed, alone=True)

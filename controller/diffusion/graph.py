@@ -7,12 +7,10 @@ after a change of networks or features: `python -m controller.diffusion.graph`.
 
 from __future__ import annotations
 
-import io
-import warnings
+from collections.abc import Mapping
 from pathlib import Path
 
 import numpy as np
-import onnxruntime
 import torch
 from numpy.typing import NDArray
 from torch import Tensor
@@ -20,64 +18,27 @@ from torch import Tensor
 from controller.action import ACTION_SIZE
 from controller.diffusion.config import WORDS_SIZE, PolicyConfig
 from controller.diffusion.policy import Policy
+from planner.learning.onnx_graph import OnnxGraph, export
 from tissue_sim.sensing.observation import VECTOR_SIZE
 
-OPSET = 17
 SHIPPED = Path(__file__).with_name("policy.onnx")  # of `PolicyConfig()`
-ELSEWHERE = "checkpoint"  # where the graph says that its weights are
 
 
 class Sampler:
-    """Runs the exported graph on one thread."""
+    """Samples one chunk at a time."""
 
     def __init__(self, policy: Policy) -> None:
-        options = onnxruntime.SessionOptions()
-        options.intra_op_num_threads = options.inter_op_num_threads = 1
-        weights = {name: weight.cpu().numpy() for name, weight in policy.state_dict().items()}
-        values = map(onnxruntime.OrtValue.ortvalue_from_numpy, weights.values())
-        options.add_external_initializers(list(weights), list(values))
-        self._session = onnxruntime.InferenceSession(
-            _graph(policy), options, providers=["CPUExecutionProvider"]
-        )
+        graph = SHIPPED.read_bytes() if policy.config == PolicyConfig() else traced(policy)
+        self._graph = OnnxGraph(graph, policy.state_dict())
 
-    def __deepcopy__(self, memo: object) -> Sampler:
-        """Return the sampler itself: a copied controller may share it, as it has no state."""
-        return self
-
-    def __call__(self, inputs: dict[str, NDArray]) -> NDArray[np.float32]:
+    def __call__(self, inputs: Mapping[str, NDArray]) -> NDArray[np.float32]:
         """Return a chunk (H, 20) from `Policy.forward`'s inputs by name, without the batch axis."""
-        feeds = {name: np.asarray(value)[None] for name, value in inputs.items()}
-        return self._session.run(None, feeds)[0][0]  # pyright: ignore
+        return self._graph.run(inputs)[0]
 
 
-def _graph(policy: Policy) -> bytes:
-    return SHIPPED.read_bytes() if policy.config == PolicyConfig() else export(policy)
-
-
-def export(policy: Policy) -> bytes:
+def traced(policy: Policy) -> bytes:
     """Trace the sampler as ONNX, for one chunk at a time and without weights."""
-    buffer, example = io.BytesIO(), example_inputs(policy.config)
-    with warnings.catch_warnings():  # the newer exporter needs a package more, for the same graph
-        warnings.simplefilter("ignore")
-        torch.onnx.export(
-            policy, tuple(example.values()), buffer,  # pyright: ignore[reportArgumentType]
-            input_names=list(example),
-            output_names=["chunk"], opset_version=OPSET, dynamo=False,
-            do_constant_folding=False,  # it would rename weights
-        )  # fmt: skip
-    return _without_weights(buffer.getvalue())
-
-
-def _without_weights(traced: bytes) -> bytes:
-    """Let the weights of an ONNX model be given, by their names in the policy."""
-    import onnx
-
-    model = onnx.load_from_string(traced)
-    for weight in model.graph.initializer:
-        weight.ClearField("raw_data")
-        weight.data_location = onnx.TensorProto.EXTERNAL
-        weight.external_data.add(key="location", value=ELSEWHERE)
-    return model.SerializeToString()
+    return export(policy, example_inputs(policy.config), ["chunk"], with_weights=False)
 
 
 def example_inputs(config: PolicyConfig) -> dict[str, Tensor]:
@@ -95,4 +56,4 @@ def example_inputs(config: PolicyConfig) -> dict[str, Tensor]:
 
 
 if __name__ == "__main__":
-    SHIPPED.write_bytes(export(Policy(PolicyConfig()).eval()))
+    SHIPPED.write_bytes(traced(Policy(PolicyConfig()).eval()))

@@ -24,19 +24,9 @@ class Policy(ChunkDiffusion):
         super().__init__(config, Features()(frames, torch.zeros(1, 2)).shape[1])
         self.features = Features()
 
-    def forward(
-        self,
-        history: Tensor,
-        jaw_rad: Tensor,
-        words: Tensor,
-        past: Tensor,
-        n_past: Tensor,
-        delay: Tensor,
-        noise: Tensor,
-    ) -> Tensor:
+    def forward(self, history: Tensor, jaw_rad: Tensor, *given: Tensor, **named: Tensor) -> Tensor:
         """Sample chunks (B, H, 20) from frames (B, K, `VECTOR_SIZE`); else as `sample` does."""
-        features = self.features(history, jaw_rad)
-        return self.sample(features, jaw_rad, words, past, n_past, delay, noise)
+        return self.sample(self.features(history, jaw_rad), jaw_rad, *given, **named)
 
 
 CHECKPOINTS = Checkpoints(

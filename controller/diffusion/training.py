@@ -2,10 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, field, replace
+from collections.abc import Sequence
+from dataclasses import dataclass, field
 from functools import partial
-from pathlib import Path
 
 import torch
 from torch import Tensor
@@ -16,9 +15,9 @@ from controller.diffusion.policy import CHECKPOINTS, Policy
 from controller.diffusion.windows import DemonstrationArrays, Windows
 from planner.correction import CORRECTIONS
 from planner.language.sentence_encoder import embed_all
-from planner.learning.optimise import Schedule, TrainingStep, fine_tuning_schedule, optimise
+from planner.learning.optimise import Schedule, learn
 
-CHECKPOINT_FILE = "policy.safetensors"
+CHECKPOINT_FILE = CHECKPOINTS.shipped.name
 NORMALISE_BY = 20_000  # windows
 JAWS_ASKED = frozenset(c.text for c in CORRECTIONS if c.jaw)
 MIN_LEVEL = 0.02  # of noise: below it there is nothing to learn
@@ -52,75 +51,44 @@ PRESETS = {
 }
 
 
-def fine_tuning(config: TrainingConfig, base: Path) -> tuple[TrainingConfig, Policy]:
-    """Return the configuration for fine-tuning a checkpoint, and the checkpoint's policy.
+class PolicyData:
+    """All windows, and the sentences' embeddings (n, 384).
 
-    Raises:
-        CheckpointError: As in `Checkpoints.load`.
+    Attributes:
+        digest: Digest of all training data, in hex.
     """
-    policy = CHECKPOINTS.load(base)
-    return replace(fine_tuning_schedule(base, config), policy=policy.config), policy
 
+    def __init__(
+        self, demonstrations: Sequence[DemonstrationArrays], config: TrainingConfig, device: str
+    ) -> None:
+        self._config = config
+        heard = [d.heard_by(config.policy) for d in demonstrations]
+        self._windows = Windows(heard, config.policy, device)
+        texts, self.digest = self._windows.texts, self._windows.digest
+        self._words = embed_all(texts).to(device)
+        self._asked = torch.tensor([text in JAWS_ASKED for text in texts], device=device)
 
-def train(
-    demonstrations: Sequence[DemonstrationArrays],
-    config: TrainingConfig,
-    out: Path,
-    device: str = "cpu",
-    base: Policy | None = None,
-) -> Iterator[TrainingStep]:
-    """Train a policy, or resume the training in `out`; write checkpoint and state to `out`.
-
-    A new training starts from `base`, if given, and keeps its normalisation.
-
-    Raises:
-        ValueError: There is no motion to imitate, or `out` holds the training of another
-            configuration or on other demonstrations. Nothing is changed.
-    """
-    torch.manual_seed(config.seed)
-    chance = torch.Generator(device).manual_seed(config.seed)
-    heard = [d.heard_by(config.policy) for d in demonstrations]
-    windows = Windows(heard, config.policy, device)
-    words = embed_all(windows.texts).to(device)
-    asked = torch.tensor([text in JAWS_ASKED for text in windows.texts], device=device)
-    policy = Policy(config.policy).to(device)
-    if base is None:
-        some = torch.randint(len(windows), (NORMALISE_BY,), generator=chance, device=device)
-        seen = windows.batch(some, torch.zeros_like(some))
+    def normalise(self, policy: Policy, chance: torch.Generator) -> None:
+        """Set the normalisation from some windows."""
+        some = self._windows.some(NORMALISE_BY, chance)
+        seen = self._windows.batch(some, torch.zeros_like(some))
         policy.normalise_by(policy.features(seen.history, seen.jaw_rad), seen)
-    else:
-        policy.load_state_dict(base.state_dict())
-    yield from optimise(
-        policy,
-        partial(_loss, windows=windows, words=words, asked=asked, chance=chance, config=config),
-        chance,
-        config,
-        out,
-        windows.digest,
-        out / CHECKPOINT_FILE,
-        CHECKPOINTS.save,
-    )
+
+    def loss(self, policy: Policy, chance: torch.Generator) -> Tensor:
+        """Return the loss of random windows, noises, noise levels and delays."""
+        device, config = chance.device, self._config
+        which = self._windows.some(config.batch, chance)
+        most = config.policy.max_delay + 1
+        delay = torch.randint(most, (config.batch,), generator=chance, device=device)
+        batch = self._windows.batch(which, delay)
+        batch = displaced(half_shut(batch, self._asked[batch.text], chance), chance)
+        level, noise = noise_for(batch.chunk, config.noises, chance)
+        with torch.autocast(device.type, torch.bfloat16, enabled=config.bfloat16):  # poses: float32
+            features = policy.features(batch.history, batch.jaw_rad)
+            return policy.loss(features, batch, self._words, level, noise)
 
 
-def _loss(
-    policy: Policy,
-    windows: Windows,
-    words: Tensor,
-    asked: Tensor,
-    chance: torch.Generator,
-    config: TrainingConfig,
-) -> Tensor:
-    """Return the loss of random windows, noises, noise levels and delays."""
-    device = chance.device
-    which = torch.randint(len(windows), (config.batch,), generator=chance, device=device)
-    most = config.policy.max_delay + 1
-    delay = torch.randint(most, (config.batch,), generator=chance, device=device)
-    batch = windows.batch(which, delay)
-    batch = displaced(half_shut(batch, asked[batch.text], chance), chance)
-    level, noise = noise_for(batch.chunk, config.noises, chance)
-    with torch.autocast(device.type, torch.bfloat16, enabled=config.bfloat16):  # poses need float32
-        features = policy.features(batch.history, batch.jaw_rad)
-        return policy.loss(features, batch, words, level, noise)
+train = partial(learn, PolicyData, CHECKPOINTS)  # (demonstrations, config, out, device, base)
 
 
 def noise_for(chunk: Tensor, n: int, chance: torch.Generator) -> tuple[Tensor, Tensor]:

@@ -126,6 +126,10 @@ class Windows:
     def __len__(self) -> int:
         return len(self._where)
 
+    def some(self, n: int, chance: torch.Generator) -> Tensor:
+        """Draw the numbers (n,) of windows."""
+        return torch.randint(len(self), (n,), generator=chance, device=chance.device)
+
     def batch(self, which: Tensor, delay: Tensor) -> Batch:
         """Return windows `which` (B,), observed `delay` (B,) steps before the chunk begins.
 

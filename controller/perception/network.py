@@ -13,7 +13,7 @@ import torch
 from torch import Tensor, nn
 from torch.nn import functional as F
 
-from planner.learning.networks import Channels
+from planner.learning.networks import Channels, convolution
 from tissue_sim.sensing.observation import N_LINE, SAC_POINTS, TUBE_POINTS
 
 N_WIDE = 2 * TUBE_POINTS + SAC_POINTS  # of them, the first, are of tubes and gallbladder
@@ -67,10 +67,10 @@ class Network(nn.Module):
         a, b, c, d, e = config.widths
         self.down = nn.ModuleList(
             [
-                nn.Sequential(_block(3, a, 2), _block(a, b, 2), _block(b, b)),
-                nn.Sequential(_block(b, c, 2), _block(c, c)),
-                nn.Sequential(_block(c, d, 2), _block(d, d), _block(d, d)),
-                nn.Sequential(_block(d, e, 2), _block(e, e)),
+                nn.Sequential(convolution(3, a, 2), convolution(a, b, 2), convolution(b, b)),
+                nn.Sequential(convolution(b, c, 2), convolution(c, c)),
+                nn.Sequential(convolution(c, d, 2), convolution(d, d), convolution(d, d)),
+                nn.Sequential(convolution(d, e, 2), convolution(e, e)),
             ]
         )
         self.rise = nn.ModuleList(
@@ -79,9 +79,11 @@ class Network(nn.Module):
         self.skip = nn.Conv2d(b, config.maps, 1)
         self.mix = nn.ModuleList(
             [
-                _block(d, d),
-                _block(c, c),
-                nn.Sequential(_block(config.maps, config.maps), _block(config.maps, config.maps)),
+                convolution(d, d),
+                convolution(c, c),
+                nn.Sequential(
+                    convolution(config.maps, config.maps), convolution(config.maps, config.maps)
+                ),
             ]
         )
         self.head = nn.Conv2d(config.maps, N_LINE + len(DENSE), 1)
@@ -126,15 +128,15 @@ class Network(nn.Module):
         return self.about(torch.cat(parts, dim=-1).float())
 
 
-def _block(inputs: int, outputs: int, stride: int = 1) -> nn.Sequential:
-    conv = nn.Conv2d(inputs, outputs, 3, stride, 1, bias=False)
-    return nn.Sequential(conv, nn.BatchNorm2d(outputs), nn.ReLU(inplace=True))
+def axes(maps: Tensor) -> tuple[Tensor, Tensor]:
+    """Return the columns (w,) and rows (h,) of the middles of maps' cells, pixels."""
+    h, w = maps.shape[-2:]
+    column = STRIDE * (torch.arange(w, device=maps.device) + 0.5)
+    return column, STRIDE * (torch.arange(h, device=maps.device) + 0.5)
 
 
 def _mean_pixels(share: Tensor, heat: Tensor) -> Tensor:
     """Return the mean column and row (b, n, 2) of heatmaps with these shares (b, n, h * w)."""
-    h, w = heat.shape[-2:]
-    column = STRIDE * (torch.arange(w, device=heat.device) + 0.5)
-    row = STRIDE * (torch.arange(h, device=heat.device) + 0.5)
-    places = torch.stack([column.repeat(h), row.repeat_interleave(w)], dim=1)
+    column, row = axes(heat)
+    places = torch.stack([column.repeat(len(row)), row.repeat_interleave(len(column))], dim=1)
     return share @ places

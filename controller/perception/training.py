@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from functools import partial
 from pathlib import Path
+from typing import ClassVar
 
 import torch
 from torch import Tensor
@@ -17,14 +18,14 @@ from controller.perception.checkpoint import (
     PerceptionModel,
 )
 from controller.perception.frames import Frames, changed, read_frames
-from controller.perception.network import N_WIDE, STRIDE, Network, NetworkConfig, Seen
+from controller.perception.network import N_WIDE, Network, NetworkConfig, Seen, axes
 from controller.perception.prior import fit_prior
-from planner.learning.optimise import Schedule, TrainingStep, fine_tuning_schedule, optimise
+from planner.learning.optimise import Schedule, TrainingStep, optimise
 from tissue_sim.sensing.observation import N_LINE, N_POINTS
 
 GROUPS = (slice(N_LINE, N_POINTS), slice(N_POINTS, None))  # of labelled points: clips, cut ends
 VIEWS = ("endoscope_left", "endoscope_left_close", "wrist_left_tip", "wrist_right_tip")
-WEIGHTS_FILE, CHECKPOINT_FILE = "view.pt", "perception.safetensors"
+WEIGHTS_FILE, CHECKPOINT_FILE = "view.pt", CHECKPOINTS.shipped.name
 HEAT_PX = 4.0  # standard deviation of a heatmap's target
 DENSE_PX = 3.0  # of the evidence's targets
 NEXT_PX = 6.0  # distance from a clip or an end within which a cell should give its place
@@ -35,6 +36,8 @@ FOUND = 8.0  # weight of a cell that shows a clip or an end: they are few
 class PerceptionTraining(Schedule):
     """The settings of the training of a view's network."""
 
+    shape: ClassVar[str] = "network"
+    shape_of: ClassVar[str] = "config.network"
     network: NetworkConfig = field(default_factory=NetworkConfig)
     steps: int = 12_000
     batch: int = 16
@@ -58,18 +61,6 @@ PRESETS = {
 }
 
 
-def fine_tuning(
-    config: PerceptionTraining, base: Path
-) -> tuple[PerceptionTraining, PerceptionModel]:
-    """Return the configuration for fine-tuning a checkpoint, and the checkpoint's perception.
-
-    Raises:
-        CheckpointError: As in `Checkpoints.load`.
-    """
-    model = CHECKPOINTS.load(base)
-    return replace(fine_tuning_schedule(base, config), network=model.config.network), model
-
-
 def train_view(
     files: Sequence[Path],
     view: str,
@@ -80,29 +71,45 @@ def train_view(
 ) -> Iterator[TrainingStep]:
     """Train a view's network on labelled frames, or resume the training in `out`.
 
-    A new training starts from the view's network of `base`, if given.
-
     Raises:
-        ValueError: `out` holds another training, and nothing is changed. Else as in `read_frames`.
+        ValueError: As in `optimise`, or as in `read_frames`.
     """
-    torch.manual_seed(config.seed)
-    chance = torch.Generator(device).manual_seed(config.seed)
-    frames = read_frames(files, view)
-    digest, frames = frames.digest, frames.to(device)
-    network = Network(config.network)
-    if base is not None:
-        network.load_state_dict(base.networks[view].state_dict())
-    network = network.to(device, memory_format=torch.channels_last)  # pyright: ignore
-    yield from optimise(
-        network,
-        partial(_loss, frames=frames, chance=chance, config=config),
-        chance,
-        config,
-        out,
-        digest,
-        out / WEIGHTS_FILE,
-        lambda path, model: torch.save(model.state_dict(), path),
-    )
+    start = None if base is None else base.networks[view]
+    data = ViewData(read_frames(files, view), config, device)
+    make, path = partial(_network, config.network), out / WEIGHTS_FILE
+    return optimise(make, data, config, path, _save, device, start)
+
+
+def _network(config: NetworkConfig) -> Network:
+    return Network(config).to(memory_format=torch.channels_last)  # pyright: ignore
+
+
+def _save(path: Path, network: Network) -> None:
+    torch.save(network.state_dict(), path)
+
+
+class ViewData:
+    """The labelled frames of a view.
+
+    Attributes:
+        digest: Digest of all training data, in hex.
+    """
+
+    def __init__(self, frames: Frames, config: PerceptionTraining, device: str) -> None:
+        self.digest, self._frames, self._config = frames.digest, frames.to(device), config
+
+    def normalise(self, network: Network, chance: torch.Generator) -> None:
+        """Do nothing: pictures need no normalisation."""
+
+    def loss(self, network: Network, chance: torch.Generator) -> Tensor:
+        """Return the loss of random frames, each changed at random."""
+        shape, device = (self._config.batch,), chance.device
+        which = torch.randint(len(self._frames), shape, generator=chance, device=device)
+        pictures, labels = changed(self._frames.some(which), chance)
+        pictures = pictures.contiguous(memory_format=torch.channels_last)
+        with torch.autocast(device.type, torch.bfloat16, enabled=self._config.bfloat16):
+            seen = network(pictures)
+        return loss(seen, labels)
 
 
 def join_views(
@@ -127,17 +134,6 @@ def join_views(
         network.load_state_dict(torch.load(out / view / WEIGHTS_FILE, weights_only=True))
     CHECKPOINTS.save(out / CHECKPOINT_FILE, model)
     return out / CHECKPOINT_FILE
-
-
-def _loss(
-    network: Network, frames: Frames, chance: torch.Generator, config: PerceptionTraining
-) -> Tensor:
-    which = torch.randint(len(frames), (config.batch,), generator=chance, device=chance.device)
-    pictures, labels = changed(frames.some(which), chance)
-    pictures = pictures.contiguous(memory_format=torch.channels_last)
-    with torch.autocast(chance.device.type, torch.bfloat16, enabled=config.bfloat16):
-        seen = network(pictures)
-    return loss(seen, labels)
 
 
 def loss(seen: Seen, frames: Frames) -> Tensor:
@@ -178,7 +174,7 @@ def _target(maps: Tensor, pixels: Tensor) -> Tensor:
 
 def _bump(maps: Tensor, pixels: Tensor, spread_px: float) -> Tensor:
     """Return bells (b, n, h, w), 1 at each pixel (b, n, 2)."""
-    column, row = _axes(maps)
+    column, row = axes(maps)
     across = torch.exp(-(column - pixels[..., :1]).square() / (2.0 * spread_px**2))
     down = torch.exp(-(row - pixels[..., 1:]).square() / (2.0 * spread_px**2))
     return across[:, :, None, :] * down[..., None]
@@ -196,7 +192,7 @@ def _dense_loss(dense: Tensor, pixels: Tensor, shown: Tensor) -> Tensor:
 
 def _offset_loss(offset: Tensor, pixels: Tensor, shown: Tensor) -> Tensor:
     """Return the loss of the offsets from cells near a clip or a cut end to the nearest one."""
-    cells = torch.stack(torch.meshgrid(*_axes(offset), indexing="xy"))  # (2, h, w)
+    cells = torch.stack(torch.meshgrid(*axes(offset), indexing="xy"))  # (2, h, w)
     total = offset.new_zeros(())
     for k, group in enumerate(GROUPS):
         off = pixels[:, group, :, None, None] - cells  # (b, n, 2, h, w)
@@ -209,10 +205,3 @@ def _offset_loss(offset: Tensor, pixels: Tensor, shown: Tensor) -> Tensor:
         each = F.smooth_l1_loss(offset[:, k], wanted, reduction="none", beta=0.3)
         total = total + (near * each).sum() / near.sum().clamp(min=1)
     return total
-
-
-def _axes(maps: Tensor) -> tuple[Tensor, Tensor]:
-    """Return the columns (w,) and rows (h,) of the middles of the cells, pixels."""
-    h, w = maps.shape[-2:]
-    column = STRIDE * (torch.arange(w, device=maps.device) + 0.5)
-    return column, STRIDE * (torch.arange(h, device=maps.device) + 0.5)

@@ -7,6 +7,8 @@ from collections.abc import Sequence
 import torch
 from torch import Tensor, nn
 
+from planner.learning.networks import convolution
+
 
 class CameraEncoder(nn.Module):
     """Encodes the place of each channel's feature in a picture, and its clarity.
@@ -19,7 +21,7 @@ class CameraEncoder(nn.Module):
         super().__init__()
         a, b, c, d = widths
         self.layers = nn.Sequential(
-            _layer(3, a, 2), _layer(a, b, 2), _layer(b, c, 2), _layer(c, d, 1),
+            convolution(3, a, 2), convolution(a, b, 2), convolution(b, c, 2), convolution(c, d, 1),
             nn.Conv2d(d, d, 1),
         )  # fmt: skip
 
@@ -47,11 +49,3 @@ class PictureEncoder(nn.Module):
     def forward(self, pictures: Tensor) -> Tensor:
         """Return the codes (B, size) of pictures (B, cameras, 3, height, width), 0 to 1."""
         return torch.cat([encode(pictures[:, k]) for k, encode in enumerate(self.each)], dim=1)
-
-
-def _layer(inputs: int, outputs: int, stride: int) -> nn.Sequential:
-    return nn.Sequential(
-        nn.Conv2d(inputs, outputs, 3, stride, 1, bias=False),
-        nn.BatchNorm2d(outputs),
-        nn.ReLU(inplace=True),
-    )

@@ -43,19 +43,11 @@ class PixelPolicy(ChunkDiffusion):
         return torch.cat([of_tools(state, jaw_rad), seen], dim=1)
 
     def forward(
-        self,
-        pictures: Tensor,
-        state: Tensor,
-        jaw_rad: Tensor,
-        words: Tensor,
-        past: Tensor,
-        n_past: Tensor,
-        noise: Tensor,
+        self, pictures: Tensor, state: Tensor, jaw_rad: Tensor, n_past: Tensor, **given: Tensor
     ) -> Tensor:
-        """Sample chunks (B, H, 20), with arguments as in `features` and `sample`."""
-        features = self.features(pictures, state, jaw_rad)
-        at_once = torch.zeros_like(n_past)
-        return self.sample(features, jaw_rad, words, past, n_past, at_once, noise)
+        """Sample chunks (B, H, 20) without a delay; else as in `features` and `sample`."""
+        features, at_once = self.features(pictures, state, jaw_rad), torch.zeros_like(n_past)
+        return self.sample(features, jaw_rad, n_past=n_past, delay=at_once, **given)
 
 
 def of_tools(state: Tensor, jaw_rad: Tensor) -> Tensor:

@@ -6,11 +6,11 @@ show the displacement.
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 from functools import partial
 from hashlib import sha256
-from pathlib import Path
+from typing import ClassVar
 
 import numpy as np
 import torch
@@ -18,16 +18,15 @@ from numpy.typing import NDArray
 from torch import Tensor
 from torch.nn import functional as F
 
-from controller.diffusion.config import PolicyConfig
 from controller.diffusion.training import noise_for
 from controller.diffusion.windows import Windows
 from controller.pixels.config import CAMERAS, CHUNKS, PixelConfig
 from controller.pixels.films import Film
 from controller.pixels.policy import CHECKPOINTS, PixelPolicy, of_tools
 from planner.language.sentence_encoder import embed_all
-from planner.learning.optimise import Schedule, TrainingStep, fine_tuning_schedule, optimise
+from planner.learning.optimise import Schedule, learn
 
-CHECKPOINT_FILE = "policy.safetensors"
+CHECKPOINT_FILE = CHECKPOINTS.shipped.name
 NORMALISE_BY = 2_000  # windows
 SHIFT_PX = 4  # the most by which pictures are shifted (Yarats et al., arXiv 2004.13649)
 
@@ -41,6 +40,7 @@ class PixelTraining(Schedule):
     """
 
     policy: PixelConfig = field(default_factory=PixelConfig)
+    shape_of: ClassVar[str] = "pixels"
     steps: int = 12_000
     batch: int = 64
     noises: int = 8
@@ -66,52 +66,6 @@ PRESETS = {
 }
 
 
-def fine_tuning(config: PixelTraining, base: Path) -> tuple[PixelTraining, PixelPolicy]:
-    """Return the configuration for fine-tuning a checkpoint, and the checkpoint's policy.
-
-    Raises:
-        CheckpointError: As in `Checkpoints.load`.
-    """
-    policy = CHECKPOINTS.load(base)
-    return replace(fine_tuning_schedule(base, config), policy=policy.pixels), policy
-
-
-def train(
-    films: Sequence[Film],
-    config: PixelTraining,
-    out: Path,
-    device: str = "cpu",
-    base: PixelPolicy | None = None,
-) -> Iterator[TrainingStep]:
-    """Train a policy, or resume the training in `out`; write checkpoint and state to `out`.
-
-    A new training starts from `base`, if given, and keeps its normalisation.
-
-    Raises:
-        ValueError: There is no motion to imitate, or `out` holds the training of another
-            configuration or on other demonstrations. Nothing is changed.
-    """
-    torch.manual_seed(config.seed)
-    chance = torch.Generator(device).manual_seed(config.seed)
-    data = FilmData(films, config.policy.chunks, device)
-    policy = PixelPolicy(config.policy).to(device)
-    if base is None:
-        some = torch.randint(len(data.windows), (NORMALISE_BY,), generator=chance, device=device)
-        _normalise(policy, data, some)
-    else:
-        policy.load_state_dict(base.state_dict())
-    yield from optimise(
-        policy,
-        partial(_loss, data=data, chance=chance, config=config),
-        chance,
-        config,
-        out,
-        data.digest,
-        out / CHECKPOINT_FILE,
-        CHECKPOINTS.save,
-    )
-
-
 class FilmData:
     """All windows, the pictures of all frames, and the sentences' embeddings.
 
@@ -119,13 +73,14 @@ class FilmData:
         digest: Digest of all training data, in hex.
     """
 
-    def __init__(self, films: Sequence[Film], config: PolicyConfig, device: str) -> None:
-        heard = [film.demonstration.heard_by(config) for film in films]
-        self.windows = Windows(heard, config, device)
+    def __init__(self, films: Sequence[Film], config: PixelTraining, device: str) -> None:
+        self._config, chunks = config, config.policy.chunks
+        heard = [film.demonstration.heard_by(chunks) for film in films]
+        self.windows = Windows(heard, chunks, device)
         self._pictures = [film.pictures for film in films]  # not joined: that would need them twice
         self._ends = np.cumsum([len(pictures) for pictures in self._pictures])
         self.digest = _digest(self.windows, self._pictures)
-        self.words = embed_all(self.windows.texts).to(device)
+        self._words = embed_all(self.windows.texts).to(device)
 
     def shown(self, newest: Tensor) -> Tensor:
         """Return the pictures (B, cameras, height, width, 3) of these frames."""
@@ -134,34 +89,34 @@ class FilmData:
         shown = [self._pictures[k][row - self._ends[k]] for k, row in zip(which, rows, strict=True)]
         return torch.from_numpy(np.stack(shown)).to(newest.device)
 
+    def normalise(self, policy: PixelPolicy, chance: torch.Generator) -> None:
+        """Set the normalisation; codes of pictures, of order one, keep their own."""
+        which = self.windows.some(NORMALISE_BY, chance)
+        seen = self.windows.batch(which, torch.zeros_like(which))
+        tools = of_tools(seen.history[:, 0], seen.jaw_rad)
+        policy.normalise_by(F.pad(tools, (0, policy.pictures.size)), seen)
+        policy.feature_deviation[-policy.pictures.size :] = 1.0
+
+    def loss(self, policy: PixelPolicy, chance: torch.Generator) -> Tensor:
+        """Return the loss of random windows, shifts, noises and noise levels."""
+        which = self.windows.some(self._config.batch, chance)
+        seen = self.windows.batch(which, torch.zeros_like(which))
+        pictures = shifted(self.shown(seen.newest), chance)
+        level, noise = noise_for(seen.chunk, self._config.noises, chance)
+        enabled = self._config.bfloat16
+        with torch.autocast(chance.device.type, torch.bfloat16, enabled=enabled):
+            features = policy.features(pictures, seen.history[:, 0], seen.jaw_rad)
+            return policy.loss(features, seen, self._words, level, noise)
+
+
+train = partial(learn, FilmData, CHECKPOINTS)  # (films, config, out, device, base)
+
 
 def _digest(windows: Windows, pictures: Sequence[NDArray[np.uint8]]) -> str:
     digest = sha256(windows.digest.encode())
     for shown in pictures:
         digest.update(np.ascontiguousarray(shown).data)
     return digest.hexdigest()
-
-
-def _normalise(policy: PixelPolicy, data: FilmData, which: Tensor) -> None:
-    """Set the normalisation; codes of pictures, of order one, keep their own."""
-    seen = data.windows.batch(which, torch.zeros_like(which))
-    tools = of_tools(seen.history[:, 0], seen.jaw_rad)
-    policy.normalise_by(F.pad(tools, (0, policy.pictures.size)), seen)
-    policy.feature_deviation[-policy.pictures.size :] = 1.0
-
-
-def _loss(
-    policy: PixelPolicy, data: FilmData, chance: torch.Generator, config: PixelTraining
-) -> Tensor:
-    """Return the loss of random windows, shifts, noises and noise levels."""
-    device = chance.device
-    which = torch.randint(len(data.windows), (config.batch,), generator=chance, device=device)
-    seen = data.windows.batch(which, torch.zeros_like(which))
-    pictures = shifted(data.shown(seen.newest), chance)
-    level, noise = noise_for(seen.chunk, config.noises, chance)
-    with torch.autocast(device.type, torch.bfloat16, enabled=config.bfloat16):
-        features = policy.features(pictures, seen.history[:, 0], seen.jaw_rad)
-        return policy.loss(features, seen, data.words, level, noise)
 
 
 def shifted(pictures: Tensor, chance: torch.Generator) -> Tensor:

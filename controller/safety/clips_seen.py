@@ -19,48 +19,49 @@ SURE = 2.0  # standard deviations of a tube's length; assumed
 UNSURE = 0.5  # standard deviations by which a clip may lie farther away; assumed
 
 
-def lacking_clips(seen: Observation) -> frozenset[str]:
+def lacking_clips(observation: Observation) -> frozenset[str]:
     """Return the structures that lack clips for a cut; structures at risk always do.
 
     A third clip is required only where a tube surely has room for it.
     """
     bare = {
-        structure_seen(tube, seen)
+        structure_seen(tube, observation)
         for tube in TUBES
-        if clips_on(tube, seen) < clips_needed_on(tube, seen, stds=-SURE)
+        if clips_on(tube, observation) < clips_needed_on(tube, observation, stds=-SURE)
     }
     return frozenset({*bare, *AT_RISK})
 
 
-def crowded_by_clips(seen: Observation, between: frozenset[str]) -> frozenset[str]:
+def crowded_by_clips(observation: Observation, between: frozenset[str]) -> frozenset[str]:
     """Return the structures between the right jaws on which a clip is too near.
 
     A clip must be `CLIP_MIN_GAP_M` from the next clip; a cut leaves `CUFF_MIN_M` beside a clip.
     """
-    cuts = seen.right_instrument.deed == "cut"
-    if not (cuts or seen.clip_loaded):
+    cuts = observation.right_instrument.deed == "cut"
+    if not (cuts or observation.clip_loaded):
         return frozenset()
     least_m = 0.5 * CLIP_WIDTH_M + CUFF_MIN_M if cuts else CLIP_WIDTH_M + CLIP_MIN_GAP_M
     return frozenset(
         name
         for tube in TUBES
-        if (name := structure_seen(tube, seen)) in between and _to_clip_m(tube, seen) < least_m
+        if (name := structure_seen(tube, observation)) in between
+        and _to_clip_m(tube, observation) < least_m
     )
 
 
-def _to_clip_m(tube: Tube, seen: Observation) -> float:
+def _to_clip_m(tube: Tube, observation: Observation) -> float:
     """Return the possible distance of the right jaws' plane to the next clip, tube at rest, m."""
     row = TUBES.index(tube)
-    line = seen.tube_m(tube)
-    reach_m, _ = seen.right_instrument.mouth_m
-    k, share, _ = nearest_to_jaws(line, seen.tips_endoscope[RIGHT_ARM], reach_m)
-    clips_m = seen.clips_m[: min(seen.n_clips, MAX_CLIPS)]
+    line = observation.tube_m(tube)
+    reach_m, _ = observation.right_instrument.mouth_m
+    k, share, _ = nearest_to_jaws(line, observation.tips_endoscope[RIGHT_ARM], reach_m)
+    clips_m = observation.clips_m[: min(observation.n_clips, MAX_CLIPS)]
     places = [nearest_on(line, clip_m) for clip_m in clips_m]
     nearest_m = np.inf
     for number, (at, beyond, away_m) in enumerate(places):
         if away_m <= ON_TUBE_M:
             apart = abs(at + beyond - k - share) / (TUBE_POINTS - 1)
-            unsure_m = UNSURE * float(seen.std_m[N_POINTS - MAX_CLIPS + number])
-            apart_m = apart * float(seen.rest_length_m[row])
+            unsure_m = UNSURE * float(observation.std_m[N_POINTS - MAX_CLIPS + number])
+            apart_m = apart * float(observation.rest_length_m[row])
             nearest_m = min(nearest_m, apart_m + unsure_m)
     return nearest_m

@@ -23,14 +23,14 @@ FIRM = frozenset({LIVER, PORT_WALL, OTHER_ARM})
 WorkedOn = tuple[frozenset[str], frozenset[str]]  # tubes that the left and the right jaws may touch
 
 
-def worked_on(task: Task, seen: Observation) -> WorkedOn:
+def worked_on(task: Task, observation: Observation) -> WorkedOn:
     """Return the tubes that the jaws work on: the right jaws work on the task's tube.
 
     The left jaws work on all tubes while they grab or hold the gallbladder. The tubes are attached
     to the gallbladder and move with it.
     """
-    grasps = task.grasps or seen.pinch_n > HOLDS_N
-    meant = {structure_seen(task.tube, seen)} if task.tube else set[str]()
+    grasps = task.grasps or observation.pinch_n > HOLDS_N
+    meant = {structure_seen(task.tube, observation)} if task.tube else set[str]()
     return frozenset(TUBES if grasps else ()), frozenset(meant)
 
 

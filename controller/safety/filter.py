@@ -91,7 +91,7 @@ class SafetyFilter:
         self._way_out = WayOut(self._control_step_s)
 
     def allow(
-        self, start: Array, asked: Array, instruction: Instruction, seen: Observation
+        self, start: Array, asked: Array, instruction: Instruction, observation: Observation
     ) -> Allowed:
         """Return the allowed command for requested joints (2, 7) after the last command `start`.
 
@@ -102,15 +102,15 @@ class SafetyFilter:
             raise ValueError(f"safety filter: joints must be (2, 7), got {asked.shape}")
         if not (np.abs(asked) < FAR).all():  # NaN is not less
             self.restart()
-            return _refused(start, seen.time_s)
+            return _refused(start, observation.time_s)
         if instruction.speed != 1.0:
             asked = start + instruction.speed * (asked - start)
         if _is_a_persons(instruction):
             self._way_out.rest()
         else:
-            asked = self._way_out.lead(start, asked, instruction.task, seen)
+            asked = self._way_out.lead(start, asked, instruction.task, observation)
         backing = self._way_out.backing
-        situation = self._sense.build(start, self.rate, asked, instruction, seen)
+        situation = self._sense.build(start, self.rate, asked, instruction, observation)
         kept = self._kept(situation)
         joints = start + kept.motion.reshape(2, 7) if kept.broken else asked
         self.rate = (joints - start) / self._control_step_s
@@ -121,7 +121,7 @@ class SafetyFilter:
             kept = replace(kept, broken={why: 0.0, **kept.broken})
         return Allowed(
             joints=joints,
-            entry=_entry(situation, kept, seen.time_s),
+            entry=_entry(situation, kept, observation.time_s),
             clearance_m=_clearance_m(situation),
             standstill=self._way_out.calls,
         )

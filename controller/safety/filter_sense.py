@@ -63,16 +63,26 @@ class FilterSense:
         self._model = CollisionModel(registration.rigid, registration.T_world_rcm)
 
     def build(
-        self, start: Array, rate: Array, asked: Array, instruction: Instruction, seen: Observation
+        self,
+        start: Array,
+        rate: Array,
+        asked: Array,
+        instruction: Instruction,
+        observation: Observation,
     ) -> Situation:
         """Return the situation for requested joints (2, 7) after the command `start`."""
-        instruments = INSTRUMENTS[seen.tools[LEFT_ARM]], INSTRUMENTS[seen.tools[RIGHT_ARM]]
-        self._surroundings: Surroundings = self._obstacles.follow(seen)
+        instruments = (
+            INSTRUMENTS[observation.tools[LEFT_ARM]],
+            INSTRUMENTS[observation.tools[RIGHT_ARM]],
+        )
+        self._surroundings: Surroundings = self._obstacles.follow(observation)
         near = self._model.near(start, instruments, self._surroundings)
         motion = (asked - start).ravel()
         arms = arm_motion(start, motion, instruments, self._registration.T_world_rcm)
         closes = asked[RIGHT_ARM, 6] < start[RIGHT_ARM, 6]
-        self._between = between_jaws_seen(seen, self._between) if closes else frozenset[str]()
+        self._between = (
+            between_jaws_seen(observation, self._between) if closes else frozenset[str]()
+        )
         return Situation(
             step_s=self._registration.step_s,
             instruments=instruments,
@@ -82,14 +92,14 @@ class FilterSense:
             arms=arms,
             near=near,
             parting=_parting(near, arms.rates),
-            tool_force_n=seen.forces_n @ seen.T_world_endoscope[:3, :3].T,
-            pinch_n=seen.pinch_n,
-            shaft_offset_m=seen.shaft_offset_m,
+            tool_force_n=observation.forces_n @ observation.T_world_endoscope[:3, :3].T,
+            pinch_n=observation.pinch_n,
+            shaft_offset_m=observation.shaft_offset_m,
             instruction=instruction,
-            worked_on=worked_on(instruction.task, seen),
+            worked_on=worked_on(instruction.task, observation),
             between_jaws=self._between,
-            lacking_clips=self._between and self._between & lacking_clips(seen),
-            crowded=self._between and crowded_by_clips(seen, self._between),
+            lacking_clips=self._between and self._between & lacking_clips(observation),
+            crowded=self._between and crowded_by_clips(observation, self._between),
         )
 
     def safe_share(self, situation: Situation, motion: Array) -> float:

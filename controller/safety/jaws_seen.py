@@ -16,19 +16,19 @@ _SAC = slice(2 * TUBE_POINTS, 2 * TUBE_POINTS + SAC_POINTS)
 _ACROSS, _ALONG = np.linspace(-1.0, 1.0, 3), np.linspace(0.0, 1.0, 5)
 
 
-def between_jaws_seen(seen: Observation, before: frozenset[str] = NOTHING) -> frozenset[str]:
+def between_jaws_seen(observation: Observation, before: frozenset[str] = NOTHING) -> frozenset[str]:
     """Return the names of the structures that the jaws would close on for good.
 
     If `before` names the gallbladder, its wall was between the jaws before. Then the wall counts as
     between them until it is surely out, so that the observation's flicker opens no lock.
     """
-    if seen.right_instrument.deed is None:
+    if observation.right_instrument.deed is None:
         return NOTHING
-    T_tool_endoscope = inverse_pose(seen.tips_endoscope[RIGHT_ARM])
-    reach_m, width_m = seen.right_instrument.mouth_m
+    T_tool_endoscope = inverse_pose(observation.tips_endoscope[RIGHT_ARM])
+    reach_m, width_m = observation.right_instrument.mouth_m
     found = {
         name
-        for name, line in lines_seen(seen).items()
+        for name, line in lines_seen(observation).items()
         if crosses(
             transform(T_tool_endoscope, line.points_m),
             line.radius_m,
@@ -36,9 +36,9 @@ def between_jaws_seen(seen: Observation, before: frozenset[str] = NOTHING) -> fr
             float(line.std_m.mean()),
         )
     }
-    axis, wall_m = transform(T_tool_endoscope, seen.sac_m), seen.sac_radius_m
+    axis, wall_m = transform(T_tool_endoscope, observation.sac_m), observation.sac_radius_m
     if GALLBLADDER in before:
-        wall_m = wall_m + SURE * float(seen.std_m[_SAC].mean())
+        wall_m = wall_m + SURE * float(observation.std_m[_SAC].mean())
     if sac_within(axis, wall_m, reach_m, width_m):
         found.add(GALLBLADDER)
     return frozenset(found)

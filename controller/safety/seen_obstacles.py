@@ -29,12 +29,12 @@ class ObstaclesSeen:
     def __init__(self) -> None:
         self._body = BodyPlace()
 
-    def follow(self, seen: Observation) -> Surroundings:
+    def follow(self, observation: Observation) -> Surroundings:
         """Return the present places of the obstacles, world frame."""
-        lines = lines_seen(seen)
-        to_world = seen.T_world_endoscope
+        lines = lines_seen(observation)
+        to_world = observation.T_world_endoscope
         pieces = [_capsules(line) for line in lines.values()]
-        moved_m = {LIVER: self._moved_m(seen), PORT_WALL: np.zeros(3)}
+        moved_m = {LIVER: self._moved_m(observation), PORT_WALL: np.zeros(3)}
         capsules = chained(
             dict(zip(lines, (len(radius_m) for *_, radius_m in pieces), strict=True)),
             start_m=transform(to_world, np.concatenate([start for start, _, _ in pieces])),
@@ -43,14 +43,16 @@ class ObstaclesSeen:
         )
         return Surroundings(moved_m=moved_m, capsules=capsules)
 
-    def _moved_m(self, seen: Observation) -> Array:
+    def _moved_m(self, observation: Observation) -> Array:
         """Return the body's displacement (3,), from the fixed ends of the structures at risk."""
         ends = [
-            points[k] for points in (getattr(seen, n) for n in TRUNKS.values()) for k in (0, -1)
+            points[k]
+            for points in (getattr(observation, n) for n in TRUNKS.values())
+            for k in (0, -1)
         ]
         rows = [_STARTS[n] + k for n in TRUNKS.values() for k in (0, POINTS[n] - 1)]
-        std_m = float(np.linalg.norm(seen.std_m[rows])) / len(rows)
-        middle = transform(seen.T_world_endoscope, np.mean(ends, axis=0)[None])[0]
+        std_m = float(np.linalg.norm(observation.std_m[rows])) / len(rows)
+        middle = transform(observation.T_world_endoscope, np.mean(ends, axis=0)[None])[0]
         return self._body.follow(middle, std_m)
 
 
@@ -71,29 +73,31 @@ class LineSeen:
     severed: bool = False
 
 
-def lines_seen(seen: Observation) -> dict[str, LineSeen]:
+def lines_seen(observation: Observation) -> dict[str, LineSeen]:
     """Return the lines of both tubes and of the structures at risk, by name."""
     lines = {}
     for k, tube in enumerate(TUBES):
         name = f"{tube}_tube_m"
-        lines[structure_seen(tube, seen)] = LineSeen(
-            points_m=getattr(seen, name),
-            radius_m=float(seen.tube_radius_m[k]),
-            std_m=_std_m(seen, name),
-            severed=bool(seen.severed[k]),
+        lines[structure_seen(tube, observation)] = LineSeen(
+            points_m=getattr(observation, name),
+            radius_m=float(observation.tube_radius_m[k]),
+            std_m=_std_m(observation, name),
+            severed=bool(observation.severed[k]),
         )
     for trunk, name in TRUNKS.items():
-        line = trunk_line(getattr(seen, name), lines[BRANCHES[trunk]].points_m, RADIUS_M[trunk])
+        line = trunk_line(
+            getattr(observation, name), lines[BRANCHES[trunk]].points_m, RADIUS_M[trunk]
+        )
         lines[trunk] = LineSeen(
             points_m=line,
             radius_m=RADIUS_M[trunk],
-            std_m=np.full(len(line), _std_m(seen, name).mean()),
+            std_m=np.full(len(line), _std_m(observation, name).mean()),
         )
     return lines
 
 
-def _std_m(seen: Observation, name: str) -> Array:
-    return seen.std_m[_STARTS[name] : _STARTS[name] + POINTS[name]]
+def _std_m(observation: Observation, name: str) -> Array:
+    return observation.std_m[_STARTS[name] : _STARTS[name] + POINTS[name]]
 
 
 def trunk_line(points: Array, branch: Array, radius_m: float) -> Array:

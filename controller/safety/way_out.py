@@ -41,14 +41,14 @@ class WayOut:
         """Return whether an arm stood so long in this task that a person should be called."""
         return bool(self.stands_s.max() >= CALL_AFTER_S)
 
-    def lead(self, start: Array, asked: Array, task: Task, seen: Observation) -> Array:
+    def lead(self, start: Array, asked: Array, task: Task, observation: Observation) -> Array:
         """Return the joints (2, 7) to request: the policy's, or a step back of one arm.
 
         A grasper that holds tissue does not back off, because it would pull at the tissue.
         """
         if task != self._task:
             self._begin(task)
-        holds = np.arange(2) == LEFT_ARM if seen.pinch_n > HOLDS_N else np.zeros(2, bool)
+        holds = np.arange(2) == LEFT_ARM if observation.pinch_n > HOLDS_N else np.zeros(2, bool)
         due = ~self._backed & ~holds & (self._now_s >= BACKS_OFF_AFTER_S)
         if self.backing is None and due.any():
             self.backing = int(due.argmax())

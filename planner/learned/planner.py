@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections import Counter, deque
-from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
@@ -203,28 +202,15 @@ def _comes_from_cut(task: Task) -> bool:
     return task.goes_back and CHOLECYSTECTOMY.before(task).severs
 
 
-def load_planner(checkpoint: str | Path | None = None, *, alone: bool = False) -> PlannerLearned:
-    """Return the planner of a checkpoint, by default the one shipped with Calot.
-
-    Raises:
-        CheckpointError: There is no checkpoint, or the checkpoint does not fit.
-    """
-    return PlannerLearned(CHECKPOINTS.load(checkpoint), alone=alone)
-
-
-def make(setup: PolicySetup) -> PlannerLearned:
+def make(setup: PolicySetup, *, alone: bool = False) -> PlannerLearned:
     """Return the planner of the checkpoint in its setup.
 
     Raises:
         CheckpointError: There is no checkpoint, or the checkpoint does not fit.
     """
-    return load_planner(setup.checkpoint)
+    return PlannerLearned(CHECKPOINTS.load(setup.checkpoint), alone=alone)
 
 
 def make_alone(setup: PolicySetup) -> PlannerLearned:
-    """Return the planner of the checkpoint in its setup, whose network decides alone on tasks.
-
-    Raises:
-        CheckpointError: There is no checkpoint, or the checkpoint does not fit.
-    """
-    return load_planner(setup.checkpoint, alone=True)
+    """Return the same with a network that decides alone on tasks."""
+    return make(setup, alone=True)

@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, field, replace
-from functools import partial
+from dataclasses import dataclass, field
 from pathlib import Path
+from typing import ClassVar
 
 import torch
 from torch import Tensor
@@ -15,9 +15,9 @@ from planner.learned.calibration import calibrate
 from planner.learned.features import N_CORRECTIONS, N_TASKS, VERY_LONG_S
 from planner.learned.network import CHECKPOINTS, Moments, PlannerConfig, PlannerNetwork, Prediction
 from planner.learned.rollout import ASKED_EVERY, Labels, Rollout, Rollouts
-from planner.learning.optimise import Schedule, TrainingStep, fine_tuning_schedule, optimise
+from planner.learning.optimise import Schedule, TrainingStep, learn
 
-CHECKPOINT_FILE = "planner.safetensors"
+CHECKPOINT_FILE = CHECKPOINTS.shipped.name
 NORMALISE_BY = 20_000  # steps
 KEEP_OUT_EVERY = 6  # patients
 CHANGES, FLAGGED = 0.25, 0.2  # of a batch; the rest is drawn uniformly from all steps
@@ -31,6 +31,7 @@ FLAG_WEIGHT, CORRECTION_WEIGHT, PROGRESS_WEIGHT, FAILS_WEIGHT = 1.0, 0.5, 0.5, 0
 class PlannerTraining(Schedule):
     """The settings of a planner's training."""
 
+    shape: ClassVar[str] = "planner"
     planner: PlannerConfig = field(default_factory=PlannerConfig)
     steps: int = 8_000
     batch: int = 256
@@ -49,56 +50,54 @@ PRESETS = {
 }
 
 
-def fine_tuning(config: PlannerTraining, base: Path) -> tuple[PlannerTraining, PlannerNetwork]:
-    """Return the configuration for fine-tuning a checkpoint, and the checkpoint's network.
-
-    Raises:
-        CheckpointError: As in `Checkpoints.load`.
-    """
-    network = CHECKPOINTS.load(base)
-    return replace(fine_tuning_schedule(base, config), planner=network.config), network
-
-
 def train(
     rollouts: Sequence[Rollout],
     config: PlannerTraining,
     out: Path,
+    device: str = "cpu",
     base: PlannerNetwork | None = None,
 ) -> Iterator[TrainingStep]:
-    """Train a planner, or resume the training in `out`; write checkpoint and state to `out`.
+    """Train a planner, or resume the training in `out`, as `learn` does.
 
-    A new training starts from `base`, if given, and keeps its normalisation. At the end the
-    checkpoint is calibrated on learned rollouts kept out of training. If these are of fewer than
-    six patients, the calibration stays as it was.
+    At the end the checkpoint is calibrated on learned rollouts kept out of training. If these are
+    of fewer than six patients, the calibration stays as it was.
 
     Raises:
-        ValueError: There is no rollout, or `out` holds the training of another configuration or
-            on other rollouts. Nothing is changed.
+        ValueError: There is no rollout, or as in `learn`.
     """
-    torch.manual_seed(config.seed)
-    chance = torch.Generator().manual_seed(config.seed)
     training, kept_out = split_rollouts(rollouts)
-    data = Rollouts(training, config.planner.history)
-    network = PlannerNetwork(config.planner)
-    if base is None:
-        some = torch.randint(len(data), (NORMALISE_BY,), generator=chance)
-        network.normalise_by(data.steps.states[some])
-    else:
-        network.load_state_dict(base.state_dict())
-    yield from optimise(
-        network,
-        partial(_loss, data=data, chance=chance, config=config),
-        chance,
-        config,
-        out,
-        data.digest,
-        out / CHECKPOINT_FILE,
-        CHECKPOINTS.save,
-    )
+    yield from learn(PlannerData, CHECKPOINTS, training, config, out, device, base)
     if kept_out:
         trained = CHECKPOINTS.load(out / CHECKPOINT_FILE)
         calibrate(trained, kept_out)
         CHECKPOINTS.save(out / CHECKPOINT_FILE, trained)
+
+
+class PlannerData(Rollouts):
+    """Rollouts to train on."""
+
+    def __init__(self, rollouts: Sequence[Rollout], config: PlannerTraining, device: str) -> None:
+        del device  # a planner is trained on the CPU
+
+        super().__init__(rollouts, config.planner.history)
+        self._config = config
+
+    def normalise(self, network: PlannerNetwork, chance: torch.Generator) -> None:
+        """Set the normalisation from some steps."""
+        some = torch.randint(len(self), (NORMALISE_BY,), generator=chance)
+        network.normalise_by(self.steps.states[some])
+
+    def loss(self, network: PlannerNetwork, chance: torch.Generator) -> Tensor:
+        """Return the loss of random moments: rare ones more often, words delayed, partly wrong."""
+        n, (least, most) = self._config.batch, ASKED_EVERY
+        at, weight = sample_steps(self, n, chance)
+        every = torch.randint(least, most, (n,), generator=chance)
+        lag = 1 + (torch.rand(n, generator=chance) * every).long()
+        moments = _with_wrong_words(self.moments(at, every, lag), chance)
+        with torch.autocast("cpu", torch.bfloat16, enabled=self._config.bfloat16):
+            prediction = network(moments)
+        told = Prediction(*(part.float() for part in prediction))
+        return loss_of(told, self.labels(at), weight)
 
 
 def split_rollouts(rollouts: Sequence[Rollout]) -> tuple[list[Rollout], list[Rollout]]:
@@ -110,20 +109,6 @@ def split_rollouts(rollouts: Sequence[Rollout]) -> tuple[list[Rollout], list[Rol
         [r for r, out in zip(rollouts, kept_out, strict=True) if not out],
         [r for r, out in zip(rollouts, kept_out, strict=True) if out],
     )
-
-
-def _loss(
-    network: PlannerNetwork, data: Rollouts, chance: torch.Generator, config: PlannerTraining
-) -> Tensor:
-    """Return the loss of random moments: rare ones more often, words delayed and partly wrong."""
-    n, (least, most) = config.batch, ASKED_EVERY
-    at, weight = sample_steps(data, n, chance)
-    every = torch.randint(least, most, (n,), generator=chance)
-    lag = 1 + (torch.rand(n, generator=chance) * every).long()
-    moments = _with_wrong_words(data.moments(at, every, lag), chance)
-    with torch.autocast("cpu", torch.bfloat16, enabled=config.bfloat16):
-        prediction = network(moments)
-    return loss_of(Prediction(*(part.float() for part in prediction)), data.labels(at), weight)
 
 
 def sample_steps(data: Rollouts, n: int, chance: torch.Generator) -> tuple[Tensor, Tensor]:

@@ -14,6 +14,7 @@ from typing import Annotated, TypeVar
 
 import torch
 from msgspec import Meta
+from torch import nn
 
 T = TypeVar("T")
 Width = Annotated[int, Meta(ge=1, le=1024)]
@@ -24,6 +25,12 @@ SomeSteps = Annotated[int, Meta(ge=1, le=64)]
 
 MIN_DEVIATION = 1e-3  # of a feature or of a chunk's entry: tiny variations are not amplified
 MAX_DEVIATIONS = 6.0  # values outside the training's range are clipped here
+
+
+def convolution(inputs: int, outputs: int, stride: int = 1) -> nn.Sequential:
+    """Return a convolution of 3 by 3 cells, with batch normalisation and a rectifier."""
+    conv = nn.Conv2d(inputs, outputs, 3, stride, 1, bias=False)
+    return nn.Sequential(conv, nn.BatchNorm2d(outputs), nn.ReLU(inplace=True))
 
 
 @contextmanager

@@ -20,17 +20,19 @@ from tissue_sim.sensing.observation import MAX_CLIPS, N_LINE, Observation
 def answer(
     question: Question,
     instruction: Instruction,
-    seen: Observation,
+    observation: Observation,
     about: Thing | None = None,
     claims: Sequence[Claim] = (),
     procedure: Procedure = CHOLECYSTECTOMY,
 ) -> str:
     """Return the answer in a few short sentences, with a denial of wrong claims."""
-    if wrong := denial(claims, instruction.task, seen):
+    if wrong := denial(claims, instruction.task, observation):
         return wrong
     if question == "why" and claims:
         return " ".join(REASONS[claim.claimed] for claim in claims)
-    asked = Asked(instruction=instruction, seen=seen, procedure=procedure, about=about)
+    asked = Asked(
+        instruction=instruction, observation=observation, procedure=procedure, about=about
+    )
     return ANSWERS[question](asked)
 
 
@@ -62,15 +64,15 @@ def _why(asked: Asked) -> str:
         return "Because the gallbladder has to be held before anything is clipped."
     if instruction.task.goes_back:
         return "Because the right arm has to be clear before the next step."
-    return f"Because it is next: {counts(asked.seen)}."
+    return f"Because it is next: {counts(asked.observation)}."
 
 
 def _next(asked: Asked) -> str:
-    left = tasks_left(asked.instruction.task, asked.seen, asked.procedure)
+    left = tasks_left(asked.instruction.task, asked.observation, asked.procedure)
     task = next((task for task in left if not (task.grasps or task.goes_back)), None)
     if task is not None:
         return f"Next that is not done: {task.text}."
-    done = "Both tubes are cut" if asked.seen.severed.all() else "All else is done"
+    done = "Both tubes are cut" if asked.observation.severed.all() else "All else is done"
     return f"{done}: the arm goes back."
 
 
@@ -78,7 +80,7 @@ def _wrong(asked: Asked) -> str:
     instruction = asked.instruction
     if instruction.call:
         return f"Something is wrong: {_sentence(instruction.remark)}"
-    if has_slipped(asked.seen) and not instruction.task.grasps:
+    if has_slipped(asked.observation) and not instruction.task.grasps:
         return "Something is wrong: the grasper does not hold the gallbladder."
     if (judged := instruction.assessment) is not None:
         chance = f"I give this task a chance of failure of {judged.failure_chance:.0%}."
@@ -87,9 +89,9 @@ def _wrong(asked: Asked) -> str:
 
 
 def _sure(asked: Asked) -> str:
-    instruction, seen = asked.instruction, asked.seen
-    there = slice(N_LINE + min(seen.n_clips, MAX_CLIPS))
-    std_m = seen.std_m[there][~seen.hidden[there]]
+    instruction, observation = asked.instruction, asked.observation
+    there = slice(N_LINE + min(observation.n_clips, MAX_CLIPS))
+    std_m = observation.std_m[there][~observation.hidden[there]]
     points = f"points to within about {within_mm(std_m)}" if len(std_m) else "nothing"
     right = f"{instruction.confidence:.0%} that {instruction.text!r} is right now; I see {points}."
     return f"{findings.which(asked)} {right}"

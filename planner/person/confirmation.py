@@ -64,31 +64,35 @@ class Confirmation:
         self._ask(reading, time_s)
         return f' Say "yes" to do it all the same: {", then ".join(acts)}.'
 
-    def ask_to_allow(self, act: Prohibition, seen: Observation) -> str:
+    def ask_to_allow(self, act: Prohibition, observation: Observation) -> str:
         """Return the question whether a person allows an act, forbidden until the answer."""
-        words = act.seen(seen).in_words
-        self._ask(Reading(text=words, allows=act, by="rule", reply=""), seen.time_s)
+        words = act.seen(observation).in_words
+        self._ask(Reading(text=words, allows=act, by="rule", reply=""), observation.time_s)
         return f'Do you allow: {words}? Say "yes" to allow it. It is forbidden still.'
 
     def remarks(
-        self, bans: Collection[Prohibition], standing: Standing, task: Task, seen: Observation
+        self,
+        bans: Collection[Prohibition],
+        standing: Standing,
+        task: Task,
+        observation: Observation,
     ) -> tuple[str, ...]:
         """Return in words the bans that come too late, and the act that was due instead."""
         if not bans:
             return ()
-        due = unmeant_by(bans, task, seen)
+        due = unmeant_by(bans, task, observation)
         self._unmeant = due = None if due is None or standing.forbids(due) else due
-        late = tuple(filter(None, (already_so(ban, seen) for ban in bans)))
-        return (*late, unmeant_in_words(bans, due, seen)) if due else late
+        late = tuple(filter(None, (already_so(ban, observation) for ban in bans)))
+        return (*late, unmeant_in_words(bans, due, observation)) if due else late
 
-    def require_meant(self, standing: Standing, task: Task, seen: Observation) -> None:
+    def require_meant(self, standing: Standing, task: Task, observation: Observation) -> None:
         """Require a confirmation of the due act, if a person forbade another act meanwhile.
 
         Raises:
             ConfirmError: The act is still due, and the person has not confirmed it.
         """
         due, self._unmeant = self._unmeant, None
-        if due is None or self.given or standing.forbids(due) or act_of(task, seen) != due:
+        if due is None or self.given or standing.forbids(due) or act_of(task, observation) != due:
             return
         self._unmeant = due
         forbidden = ", ".join(sorted(ban.in_words for ban in standing.forbidden))
@@ -123,40 +127,42 @@ def reading_of(said: Sequence[Said]) -> Reading:
     )
 
 
-def loss(order: Order, skipped: Task | None, seen: Observation) -> str:
+def loss(order: Order, skipped: Task | None, observation: Observation) -> str:
     """Return in words the loss that an order would cause, by observation; "" if there is none.
 
     Args:
         order: The order that a person has given.
         skipped: The task in force, where the order is to go on to the next task.
-        seen: The present observation.
+        observation: The present observation.
     """
     if order.correction is not None:
-        return _let_go(order.correction, seen)
-    undone = not_done(skipped, seen) if skipped else ""
+        return _let_go(order.correction, observation)
+    undone = not_done(skipped, observation) if skipped else ""
     return f"{undone} The next step leaves it so." if undone else ""
 
 
-def not_done(task: Task, seen: Observation) -> str:
+def not_done(task: Task, observation: Observation) -> str:
     """Return in words the missing part of a grab, clip or cut; "" if done, or for a retraction."""
     if task.grasps:
-        return "" if pulls(seen) else "The grasper does not yet hold the gallbladder and pull."
+        return (
+            "" if pulls(observation) else "The grasper does not yet hold the gallbladder and pull."
+        )
     if not task.is_deed:
         return ""
-    return denial((Claim(claimed="cut" if task.severs else "clip on"),), task, seen)
+    return denial((Claim(claimed="cut" if task.severs else "clip on"),), task, observation)
 
 
-def lacking(task: Task, seen: Observation, procedure: Procedure) -> str:
+def lacking(task: Task, observation: Observation, procedure: Procedure) -> str:
     """Return in words what lacks before a cut or a retraction, by observation; "" if nothing."""
     if task.goes_back:
-        return not_done(procedure.before(task), seen)
-    unclipped = task.severs and denial((Claim(claimed="clipped"),), task, seen)
+        return not_done(procedure.before(task), observation)
+    unclipped = task.severs and denial((Claim(claimed="clipped"),), task, observation)
     return f"{unclipped} The safety filter lets nothing be cut before." if unclipped else ""
 
 
-def _let_go(correction: Correction, seen: Observation) -> str:
+def _let_go(correction: Correction, observation: Observation) -> str:
     opens = correction.jaw == "open" and correction.arm in ("left", "both")
-    if not opens or seen.pinch_n < HELD_PINCH_N or seen.severed.all():
+    if not opens or observation.pinch_n < HELD_PINCH_N or observation.severed.all():
         return ""
     return "The left gripper holds the gallbladder: opening lets it go, and the tubes slacken."
 

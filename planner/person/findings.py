@@ -33,13 +33,13 @@ class Asked:
 
     Attributes:
         instruction: The instruction in force.
-        seen: The present observation.
+        observation: The present observation.
         procedure: The procedure under way.
         about: The thing that the question names; None if there is none.
     """
 
     instruction: Instruction
-    seen: Observation
+    observation: Observation
     procedure: Procedure = CHOLECYSTECTOMY
     about: Thing | None = None
 
@@ -48,68 +48,70 @@ class Asked:
         """Return the tube that the question names; None if it names none."""
         if self.about in ("left tube", "right tube"):
             return "left" if self.about == "left tube" else "right"
-        return tube_of(self.about, self.seen) if self.about in ("duct", "artery") else None
+        return tube_of(self.about, self.observation) if self.about in ("duct", "artery") else None
 
     @property
     def name(self) -> str:
         """Return the name of that tube's structure."""
-        return structure_seen(self.tube, self.seen) if self.tube else ""
+        return structure_seen(self.tube, self.observation) if self.tube else ""
 
 
 def clips(asked: Asked) -> str:
     """Return in words the number of clips on each tube."""
-    return f"I see {counts(asked.seen)}."
+    return f"I see {counts(asked.observation)}."
 
 
 def on(asked: Asked) -> str:
     """Return in words the number of clips on the tube at hand, and the last clip's visibility."""
-    tube, seen = asked.tube or asked.instruction.task.tube, asked.seen
+    tube, observation = asked.tube or asked.instruction.task.tube, asked.observation
     if tube is None:
-        return f"I see {counts(seen)}."
-    rows = np.flatnonzero(lying_on(tube, seen))
-    last_m = seen.std_m[N_LINE + rows[-1:]]
-    placed = len(last_m) and not seen.severed[TUBES.index(tube)]
+        return f"I see {counts(observation)}."
+    rows = np.flatnonzero(lying_on(tube, observation))
+    last_m = observation.std_m[N_LINE + rows[-1:]]
+    placed = len(last_m) and not observation.severed[TUBES.index(tube)]
     how = f", the last one to within {within_mm(last_m)}" if placed else ""
-    return f"I see {_on_tube(tube, seen)}{how}. Whether a clip would hold a pull I cannot see."
+    return (
+        f"I see {_on_tube(tube, observation)}{how}. Whether a clip would hold a pull I cannot see."
+    )
 
 
 def cut(asked: Asked) -> str:
     """Return in words whether the named tube is cut, or which of both tubes is."""
-    seen = asked.seen
+    observation = asked.observation
     if asked.tube is not None:
-        is_cut = seen.severed[TUBES.index(asked.tube)]
-        count = clips_in_words(asked.tube, seen)
+        is_cut = observation.severed[TUBES.index(asked.tube)]
+        count = clips_in_words(asked.tube, observation)
         return f"The {asked.name} is cut." if is_cut else f"The {asked.name} is not cut: {count}."
     parts = (
-        f"the {structure_seen(tube, seen)} is {'cut' if severed else 'not cut'}"
-        for tube, severed in zip(TUBES, seen.severed, strict=True)
+        f"the {structure_seen(tube, observation)} is {'cut' if severed else 'not cut'}"
+        for tube, severed in zip(TUBES, observation.severed, strict=True)
     )
     return f"{' and '.join(parts).capitalize()}."
 
 
 def held(asked: Asked) -> str:
     """Return in words whether the grasper holds the gallbladder, by its motor currents."""
-    seen = asked.seen
-    force = f"its jaws press with {max(seen.pinch_n, 0.0):.1f} N"
-    if seen.pinch_n < HELD_PINCH_N:
+    observation = asked.observation
+    force = f"its jaws press with {max(observation.pinch_n, 0.0):.1f} N"
+    if observation.pinch_n < HELD_PINCH_N:
         return f"The grasper does not hold the gallbladder: {force}."
-    low = ", but low, at its neck" if is_low(seen) else ""
-    pull = f"{force}, and it pulls with {traction_n(seen):.1f} N"
+    low = ", but low, at its neck" if is_low(observation) else ""
+    pull = f"{force}, and it pulls with {traction_n(observation):.1f} N"
     return f"The grasper holds the gallbladder{low}: {pull}."
 
 
 def which(asked: Asked) -> str:
     """Return in words the duct's tube, the confidence, and the tube at which the robot works."""
     works = asked.instruction.task.tube
-    at_hand = f" I work on the {structure_seen(works, asked.seen)} now." if works else ""
-    return f"{_side(asked.seen)}{at_hand}"
+    at_hand = f" I work on the {structure_seen(works, asked.observation)} now." if works else ""
+    return f"{_side(asked.observation)}{at_hand}"
 
 
-def _side(seen: Observation) -> str:
+def _side(observation: Observation) -> str:
     """Return in words the duct's tube, with confidence and reason."""
-    duct = duct_side(seen)
-    near_mm, far_mm = sorted(1e3 * np.linalg.norm(from_neck_m(seen), axis=1))
-    chance = side_confidence(seen)
+    duct = duct_side(observation)
+    near_mm, far_mm = sorted(1e3 * np.linalg.norm(from_neck_m(observation), axis=1))
+    chance = side_confidence(observation)
     sure = f"more than {SURELY:.0%}" if chance > SURELY else f"{chance:.0%}"
     artery = "right" if duct == "left" else "left"
     return (
@@ -120,27 +122,27 @@ def _side(seen: Observation) -> str:
 
 def where(asked: Asked) -> str:
     """Return in words the way from a tip to the named thing, in the endoscope's directions."""
-    about, seen = asked.about, asked.seen
+    about, observation = asked.about, asked.observation
     if about in ("clip", "gallbladder", "left tool"):
-        return _where_points(about, seen)
-    lines = [_line(asked)] if about not in (None, "right tool") else _tubes(seen)
-    return " ".join(_where_line(name, line, seen) for name, line in lines)
+        return _where_points(about, observation)
+    lines = [_line(asked)] if about not in (None, "right tool") else _tubes(observation)
+    return " ".join(_where_line(name, line, observation) for name, line in lines)
 
 
 def distance(asked: Asked) -> str:
     """Return in words the right tip's distance to the named thing, or to structures at risk."""
     if asked.tube is not None:
-        return _where_line(*_line(asked), asked.seen)
-    tip_m = _tip_m(RIGHT_ARM, asked.seen)
-    both = (asked.seen.common_bile_duct_m, asked.seen.hepatic_artery_m)
+        return _where_line(*_line(asked), asked.observation)
+    tip_m = _tip_m(RIGHT_ARM, asked.observation)
+    both = (asked.observation.common_bile_duct_m, asked.observation.hepatic_artery_m)
     lines = zip(AT_RISK, both, strict=True)
     far = " and ".join(f"{1e3 * nearest_on(ln, tip_m)[2]:.0f} mm from the {n}" for n, ln in lines)
     return f"The right tip is {far}, measured to their middle lines."
 
 
-def counts(seen: Observation) -> str:
+def counts(observation: Observation) -> str:
     """Return the clips on both tubes: "2 of 3 clips on the duct and the artery cut"."""
-    return " and ".join(_on_tube(tube, seen) for tube in TUBES)
+    return " and ".join(_on_tube(tube, observation) for tube in TUBES)
 
 
 def within_mm(std_m: Array) -> str:
@@ -148,34 +150,40 @@ def within_mm(std_m: Array) -> str:
     return f"{2e3 * float(np.median(std_m)):.1f} mm"
 
 
-def _on_tube(tube: Tube, seen: Observation) -> str:
+def _on_tube(tube: Tube, observation: Observation) -> str:
     """Return the state of a tube in words: "2 of 3 clips on the duct"."""
-    name = structure_seen(tube, seen)
-    if seen.severed[TUBES.index(tube)]:
+    name = structure_seen(tube, observation)
+    if observation.severed[TUBES.index(tube)]:
         return f"the {name} cut"
-    return f"{clips_on(tube, seen)} of {clips_needed_on(tube, seen)} clips on the {name}"
+    return (
+        f"{clips_on(tube, observation)} of {clips_needed_on(tube, observation)} clips on the {name}"
+    )
 
 
-def _where_points(about: Thing | None, seen: Observation) -> str:
+def _where_points(about: Thing | None, observation: Observation) -> str:
     if about == "clip":
-        closed = min(seen.n_clips, MAX_CLIPS)
+        closed = min(observation.n_clips, MAX_CLIPS)
         return (
-            _where(f"last of {closed} clips", seen.clips_m[closed - 1], RIGHT_ARM, seen)
+            _where(
+                f"last of {closed} clips", observation.clips_m[closed - 1], RIGHT_ARM, observation
+            )
             if (closed)
             else "I see no clip that is closed."
         )
-    k, share, _ = nearest_on(seen.sac_m, _tip_m(LEFT_ARM, seen))
-    holds = "" if has_slipped(seen) or about != "left tool" else " It holds the gallbladder."
-    return _where("gallbladder", place_on(seen.sac_m, k + share), LEFT_ARM, seen) + holds
+    k, share, _ = nearest_on(observation.sac_m, _tip_m(LEFT_ARM, observation))
+    holds = "" if has_slipped(observation) or about != "left tool" else " It holds the gallbladder."
+    return (
+        _where("gallbladder", place_on(observation.sac_m, k + share), LEFT_ARM, observation) + holds
+    )
 
 
-def _where_line(name: str, line: Array, seen: Observation) -> str:
-    k, share, _ = nearest_on(line, _tip_m(RIGHT_ARM, seen))
-    return _where(name, place_on(line, k + share), RIGHT_ARM, seen)
+def _where_line(name: str, line: Array, observation: Observation) -> str:
+    k, share, _ = nearest_on(line, _tip_m(RIGHT_ARM, observation))
+    return _where(name, place_on(line, k + share), RIGHT_ARM, observation)
 
 
-def _where(name: str, place_m: Array, arm: int, seen: Observation) -> str:
-    way_m = place_m - _tip_m(arm, seen)
+def _where(name: str, place_m: Array, arm: int, observation: Observation) -> str:
+    way_m = place_m - _tip_m(arm, observation)
     tip = "left" if arm == LEFT_ARM else "right"
     far_mm = 1e3 * float(np.linalg.norm(way_m))
     return f"The {name} is {far_mm:.0f} mm from the {tip} tip: {way_in_words(way_m)}."
@@ -183,17 +191,22 @@ def _where(name: str, place_m: Array, arm: int, seen: Observation) -> str:
 
 def _line(asked: Asked) -> tuple[str, Array]:
     """Return the name and the middle line of the named structure."""
-    seen = asked.seen
+    observation = asked.observation
     if asked.tube is not None:
-        return asked.name, seen.tube_m(asked.tube)
+        return asked.name, observation.tube_m(asked.tube)
     at_risk = asked.about == "hepatic artery"
-    return asked.about or "", seen.hepatic_artery_m if at_risk else seen.common_bile_duct_m
+    return (
+        asked.about or "",
+        observation.hepatic_artery_m if at_risk else observation.common_bile_duct_m,
+    )
 
 
-def _tubes(seen: Observation) -> list[tuple[str, Array]]:
-    lines = (seen.left_tube_m, seen.right_tube_m)
-    return [(structure_seen(tube, seen), line) for tube, line in zip(TUBES, lines, strict=True)]
+def _tubes(observation: Observation) -> list[tuple[str, Array]]:
+    lines = (observation.left_tube_m, observation.right_tube_m)
+    return [
+        (structure_seen(tube, observation), line) for tube, line in zip(TUBES, lines, strict=True)
+    ]
 
 
-def _tip_m(arm: int, seen: Observation) -> Array:
-    return seen.tips_endoscope[arm, :3, 3]
+def _tip_m(arm: int, observation: Observation) -> Array:
+    return observation.tips_endoscope[arm, :3, 3]

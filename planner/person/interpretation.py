@@ -36,7 +36,7 @@ class Moment:
             no person's word moved an arm.
     """
 
-    seen: Observation
+    observation: Observation
     task: Task
     ordered: Task | None
     latest: Order
@@ -51,11 +51,11 @@ def order_of(said: Said, moment: Moment) -> Order:
     Raises:
         NotNowError: The order cannot be carried out now, or a structure is not on the named side.
     """
-    _require_side(said, moment.seen)
+    _require_side(said, moment.observation)
     if said.relative is not None:
         order = relative_to(moment.corrected, said.relative, said.size_m)
     else:
-        order = _to_act(said.command.seen(duct_side(moment.seen)), moment)
+        order = _to_act(said.command.seen(duct_side(moment.observation)), moment)
         order = order if said.size_m is None else replace(order, distance_m=said.size_m)
     return replace(order, task=moment.ordered) if order.correction else order
 
@@ -81,10 +81,10 @@ def relative_to(latest: Order | None, said: Relative, size_m: float | None = Non
     return replace(latest, correction=correction, distance_m=distance_m)
 
 
-def acts_of(order: Order, seen: Observation) -> Iterator[Prohibition]:
+def acts_of(order: Order, observation: Observation) -> Iterator[Prohibition]:
     """Yield the acts of an order that a person may have forbidden."""
     if order.correction is None:
-        if order.task is not None and (act := act_of(order.task, seen)) is not None:
+        if order.task is not None and (act := act_of(order.task, observation)) is not None:
             yield act
     elif order.correction.jaw == "open":
         arm = order.correction.arm
@@ -98,7 +98,7 @@ def _to_act(command: Command, moment: Moment) -> Order:
     if command.correction is not None:
         return Order(correction=command.correction)
     if command.deed is not None and command.tube is not None:
-        return Order(task=next_task(command.deed, command.tube, moment.seen))
+        return Order(task=next_task(command.deed, command.tube, moment.observation))
     if command.word == "repeat":
         return moment.latest
     if command.word == "undo":
@@ -116,9 +116,9 @@ def _to_undo(moment: Moment) -> Order:
     return Order(task=_neighbour(moment, latest.task or moment.task, -1))
 
 
-def _require_side(said: Said, seen: Observation) -> None:
+def _require_side(said: Said, observation: Observation) -> None:
     structure = said.command.structure
-    tube = structure and tube_of(structure, seen)
+    tube = structure and tube_of(structure, observation)
     if said.side and tube and said.side != tube:
         raise NotNowError(f"the {structure} is the {tube} tube here; say which you mean")
 

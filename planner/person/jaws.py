@@ -20,7 +20,7 @@ def jaws_told(
     said: Correction,
     asked_rad: float,
     start_rad: Array,
-    seen: Observation,
+    observation: Observation,
     forbidden: Collection[str],
     withheld: str = "",
 ) -> str:
@@ -30,41 +30,41 @@ def jaws_told(
         said: The correction: to open or to close, and which jaws.
         asked_rad: The requested change of the angle.
         start_rad: (2,) angles of the jaws as the order began.
-        seen: The present observation.
+        observation: The present observation.
         forbidden: Acts that a person forbade, in words.
         withheld: Reason why the safety filter altered the last command; "" if it did not.
     """
-    left = [arm for arm in said.rows if not _has_done(said, arm, asked_rad, start_rad, seen)]
+    left = [arm for arm in said.rows if not _has_done(said, arm, asked_rad, start_rad, observation)]
     if not left:
         return f"Done: {said.text}."
-    angles = " and ".join(_angle(arm, start_rad, seen) for arm in left)
-    return f"Not done: {said.text}; {angles}. {_why(said, left, seen, forbidden, withheld)}"
+    angles = " and ".join(_angle(arm, start_rad, observation) for arm in left)
+    return f"Not done: {said.text}; {angles}. {_why(said, left, observation, forbidden, withheld)}"
 
 
 def _has_done(
-    said: Correction, arm: int, asked_rad: float, start_rad: Array, seen: Observation
+    said: Correction, arm: int, asked_rad: float, start_rad: Array, observation: Observation
 ) -> bool:
-    now_rad = float(seen.joints[arm, -1])
+    now_rad = float(observation.joints[arm, -1])
     closes = said.jaw == "close"
     moved_rad = (float(start_rad[arm]) - now_rad) * (1.0 if closes else -1.0)
-    grips = arm == LEFT_ARM and seen.pinch_n >= HELD_PINCH_N
+    grips = arm == LEFT_ARM and observation.pinch_n >= HELD_PINCH_N
     return moved_rad >= MOST * asked_rad or (closes and (now_rad <= SHUT_RAD or grips))
 
 
-def _angle(arm: int, start_rad: Array, seen: Observation) -> str:
-    now, before = (degrees(rad) for rad in (seen.joints[arm, -1], start_rad[arm]))
+def _angle(arm: int, start_rad: Array, observation: Observation) -> str:
+    now, before = (degrees(rad) for rad in (observation.joints[arm, -1], start_rad[arm]))
     return f"the {SIDES[arm]} jaws are {now:.0f} degrees open, {before:.0f} before"
 
 
 def _why(
     said: Correction,
     arms: Collection[int],
-    seen: Observation,
+    observation: Observation,
     forbidden: Collection[str],
     withheld: str,
 ) -> str:
     """Return in words the known reason why jaws did not move as requested."""
-    act = seen.right_instrument.deed
+    act = observation.right_instrument.deed
     bans = [ban for ban in forbidden if ban.split()[0] == act]
     if said.jaw == "close" and RIGHT_ARM in arms and bans:
         return f"You forbade: {', '.join(bans)}."

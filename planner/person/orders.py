@@ -71,12 +71,12 @@ class OrderProgress:
     def __init__(
         self,
         order: Order,
-        seen: Observation,
+        observation: Observation,
         procedure: Procedure = CHOLECYSTECTOMY,
         leaving: Task | None = None,
     ) -> None:
         self.order, self._procedure = order, procedure
-        self._start_m, self._start_rad = _tips_m(seen), seen.joints[:, -1].copy()
+        self._start_m, self._start_rad = _tips_m(observation), observation.joints[:, -1].copy()
         self._lasted_s, self._seen_s = 0.0, order.given_s
         self._stage, self._stage_s, self._held_s = leaving or order.task, 0.0, 0.0
         self._tries, self._done = 0 if leaving else 1, False
@@ -88,7 +88,7 @@ class OrderProgress:
 
     def update(
         self,
-        seen: Observation,
+        observation: Observation,
         *,
         exchanging: bool,
         speed: float,
@@ -98,23 +98,23 @@ class OrderProgress:
         """Take in one control step; return in words how the order ended, None if it has not.
 
         Args:
-            seen: The present observation.
+            observation: The present observation.
             exchanging: Whether the nurse exchanges a tool.
             speed: Share of the usual speed that a person wants.
             forbidden: Acts that a person forbade, in words.
             withheld: Reason why the safety filter altered the last command; "" if it did not.
         """
-        passed_s = 0.0 if exchanging else speed * max(seen.time_s - self._seen_s, 0.0)
+        passed_s = 0.0 if exchanging else speed * max(observation.time_s - self._seen_s, 0.0)
         if exchanging:
-            self._start_m, self._start_rad = _tips_m(seen), seen.joints[:, -1].copy()
-        self._seen_s = seen.time_s
+            self._start_m, self._start_rad = _tips_m(observation), observation.joints[:, -1].copy()
+        self._seen_s = observation.time_s
         self._lasted_s += passed_s
         self._stage_s += passed_s
         if self.order.hold:
             return None
         if self.order.correction is not None:
-            return self._corrected(seen, forbidden, withheld)
-        return self._carried_out(seen, passed_s)
+            return self._corrected(observation, forbidden, withheld)
+        return self._carried_out(observation, passed_s)
 
     @property
     def is_task(self) -> bool:
@@ -125,88 +125,91 @@ class OrderProgress:
         """Exclude the time until now, because another order was in force."""
         self._seen_s = time_s
 
-    def left_m(self, seen: Observation) -> float | None:
+    def left_m(self, observation: Observation) -> float | None:
         """Return the remaining distance of a correction of an arm; None for other orders."""
         correction = self.order.correction
         if correction is None or correction.direction is None:
             return None
         (arm,) = correction.rows
-        moved_m = _tips_m(seen)[arm] - self._start_m[arm]
+        moved_m = _tips_m(observation)[arm] - self._start_m[arm]
         return self.order.distance_m - float(moved_m @ DIRECTION_ENDOSCOPE[correction.direction])
 
-    def gone_m(self, seen: Observation) -> float | None:
+    def gone_m(self, observation: Observation) -> float | None:
         """Return the distance that a correction of an arm has moved; None for other orders."""
-        left_m = self.left_m(seen)
+        left_m = self.left_m(observation)
         return None if left_m is None else self.order.distance_m - left_m
 
-    def cut_short(self, seen: Observation) -> str:
+    def cut_short(self, observation: Observation) -> str:
         """Return in words the progress of an order that another word ends; "" for a hold."""
         if self.order.hold:
             return ""
         if self.order.correction is not None:
-            return f"Not finished: {self.order.correction.text}, stopped after {self._gone(seen)}."
+            gone = self._gone(observation)
+            return f"Not finished: {self.order.correction.text}, stopped after {gone}."
         task = self.order.task
         assert task is not None, "an order without a correction has a task"
-        done = self._done or (not task.grasps and is_done(task, seen))
+        done = self._done or (not task.grasps and is_done(task, observation))
         return _end(task, done, "something else was said")
 
-    def _gone(self, seen: Observation) -> str:
+    def _gone(self, observation: Observation) -> str:
         """Return in words the finished part of a correction: "1.7 of 3 mm"."""
-        if (gone_m := self.gone_m(seen)) is None:
+        if (gone_m := self.gone_m(observation)) is None:
             return f"{self._lasted_s:.1f} of {self.order.jaws_s:.2g} s"
         return f"{1e3 * gone_m:.1f} of {1e3 * self.order.distance_m:.3g} mm"
 
     def _corrected(
-        self, seen: Observation, forbidden: Collection[str], withheld: str
+        self, observation: Observation, forbidden: Collection[str], withheld: str
     ) -> str | None:
-        words, gone_m = self.order.correction, self.gone_m(seen)
+        words, gone_m = self.order.correction, self.gone_m(observation)
         assert words is not None, "it is a correction"
         if gone_m is None:
             if self._lasted_s < self.order.jaws_s - 1e-9:
                 return None
             asked_rad = JAW_RAD_S * self.order.jaws_s
-            return jaws_told(words, asked_rad, self._start_rad, seen, forbidden, withheld)
+            return jaws_told(words, asked_rad, self._start_rad, observation, forbidden, withheld)
         if gone_m >= self.order.distance_m - REACHED_M:
             return f"Done: {words.text} by {round(1e3 * gone_m, 1):g} mm."
         if self._lasted_s < LEAST_S + self.order.distance_m / SLOWEST_M_S:
             return None
         why = f"the safety filter: {withheld}" if withheld else "something is in the way"
-        return f"Given up: {words.text}, {self._gone(seen)}; {why}."
+        return f"Given up: {words.text}, {self._gone(observation)}; {why}."
 
-    def _carried_out(self, seen: Observation, passed_s: float) -> str | None:
+    def _carried_out(self, observation: Observation, passed_s: float) -> str | None:
         task, stage = self.order.task, self._stage
         assert task is not None, "an order without a correction has a task"
         assert stage is not None, "it has begun"
         if task.grasps:
-            return self._grabbed(task, seen, passed_s)
-        over = is_done(stage, seen)
+            return self._grabbed(task, observation, passed_s)
+        over = is_done(stage, observation)
         if stage == task and (over or self._stage_s > PATIENCE_S):
             self._done = over
             if task.goes_back:
                 return _end(task, over, "something is in the way")
             self._go_on_with(self._procedure.after(task))  # retract, done or for another try
         elif stage != task and (over or self._stage_s > PATIENCE_S):
-            self._done |= not task.goes_back and is_done(task, seen)  # observed late
+            self._done |= not task.goes_back and is_done(task, observation)  # observed late
             if self._done or self._tries >= MOST_TRIES:
                 return _end(task, self._done, f"tried {self._tries} times")
             self._tries += 1
             self._go_on_with(task)
         return None
 
-    def _grabbed(self, task: Task, seen: Observation, passed_s: float) -> str | None:
-        self._held_s = self._held_s + passed_s if seen.pinch_n >= HELD_PINCH_N else 0.0
+    def _grabbed(self, task: Task, observation: Observation, passed_s: float) -> str | None:
+        self._held_s = self._held_s + passed_s if observation.pinch_n >= HELD_PINCH_N else 0.0
         if self._held_s >= HELD_S:
             return _end(task, True, "")
         if self._lasted_s > GRAB_S:
-            return _end(task, False, f"not held after {seen.time_s - self.order.given_s:.0f} s")
+            return _end(
+                task, False, f"not held after {observation.time_s - self.order.given_s:.0f} s"
+            )
         return None
 
     def _go_on_with(self, stage: Task) -> None:
         self._stage, self._stage_s = stage, 0.0
 
 
-def _tips_m(seen: Observation) -> Array:
-    return seen.tips_endoscope[:, :3, 3].copy()
+def _tips_m(observation: Observation) -> Array:
+    return observation.tips_endoscope[:, :3, 3].copy()
 
 
 def _end(task: Task, done: bool, why_not: str) -> str:

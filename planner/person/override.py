@@ -429,7 +429,7 @@ class PlannerOverridden:
         ordered = None if self._progress is None or self._held else self._progress.task
         task = self.in_force(observation).task
         return Moment(
-            seen=observation,
+            observation=observation,
             task=task,
             ordered=ordered,
             latest=self._latest,

@@ -43,20 +43,20 @@ class Claim:
     n: int | None = None
 
 
-def denial(claims: Iterable[Claim], task: Task, seen: Observation) -> str:
+def denial(claims: Iterable[Claim], task: Task, observation: Observation) -> str:
     """Return in words the observation that contradicts a claim; "" if all claims are true.
 
     Args:
         claims: The person's claims.
         task: The task in force, which determines the tube and clip at hand.
-        seen: The present observation.
+        observation: The present observation.
     """
-    return next(filter(None, (_denial(claim, task, seen) for claim in claims)), "")
+    return next(filter(None, (_denial(claim, task, observation) for claim in claims)), "")
 
 
-def clips_in_words(tube: Tube, seen: Observation) -> str:
+def clips_in_words(tube: Tube, observation: Observation) -> str:
     """Return in words the number of clips observed on a tube: "no clip is on it"."""
-    n, needed = clips_on(tube, seen), clips_needed_on(tube, seen)
+    n, needed = clips_on(tube, observation), clips_needed_on(tube, observation)
     if n == 0:
         return "no clip is on it"
     if n >= needed:
@@ -64,27 +64,27 @@ def clips_in_words(tube: Tube, seen: Observation) -> str:
     return f"{n} of {needed} clips {'is' if n == 1 else 'are'} on it"
 
 
-def _denial(claim: Claim, task: Task, seen: Observation) -> str:
+def _denial(claim: Claim, task: Task, observation: Observation) -> str:
     if claim.claimed in ("held", "dropped"):
-        return _of_the_grasp(claim, seen)
-    tubes = _tubes(claim.on, task, seen)
+        return _of_the_grasp(claim, observation)
+    tubes = _tubes(claim.on, task, observation)
     if claim.on == "" and len(tubes) > 1:  # one of the tubes is enough
-        wrong = [_of_a_tube(claim, tube, task, seen) for tube in tubes]
+        wrong = [_of_a_tube(claim, tube, task, observation) for tube in tubes]
         return wrong[0] if all(wrong) else ""
-    return next(filter(None, (_of_a_tube(claim, tube, task, seen) for tube in tubes)), "")
+    return next(filter(None, (_of_a_tube(claim, tube, task, observation) for tube in tubes)), "")
 
 
-def _of_the_grasp(claim: Claim, seen: Observation) -> str:
-    held = seen.pinch_n >= HELD_PINCH_N
+def _of_the_grasp(claim: Claim, observation: Observation) -> str:
+    held = observation.pinch_n >= HELD_PINCH_N
     if claim.claimed == "held":
         return "" if held else "The grasper does not hold the gallbladder."
     return "The grasper has not let go: it holds the gallbladder." if held else ""
 
 
-def _of_a_tube(claim: Claim, tube: Tube, task: Task, seen: Observation) -> str:
-    name, count = structure_seen(tube, seen), clips_in_words(tube, seen)
-    severed = bool(seen.severed[TUBES.index(tube)])
-    n, needed = clips_on(tube, seen), clips_needed_on(tube, seen)
+def _of_a_tube(claim: Claim, tube: Tube, task: Task, observation: Observation) -> str:
+    name, count = structure_seen(tube, observation), clips_in_words(tube, observation)
+    severed = bool(observation.severed[TUBES.index(tube)])
+    n, needed = clips_on(tube, observation), clips_needed_on(tube, observation)
     if severed:
         return ""
     if claim.claimed == "cut":
@@ -103,10 +103,10 @@ def _so_many(n: int) -> str:
     return "A clip is" if n == 1 else f"{n} clips are"
 
 
-def _tubes(on: Where, task: Task, seen: Observation) -> tuple[Tube, ...]:
+def _tubes(on: Where, task: Task, observation: Observation) -> tuple[Tube, ...]:
     """Return the tubes that are meant; if none is named, the tube at hand."""
     if on in ("duct", "artery"):
-        return (tube_of(on, seen),)
+        return (tube_of(on, observation),)
     if on in ("left tube", "right tube"):
         return ("left" if on == "left tube" else "right",)
     return (task.tube,) if on == "" and task.tube else TUBES

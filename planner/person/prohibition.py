@@ -98,8 +98,10 @@ def already_so(ban: Prohibition, observation: Observation) -> str:
     return f"The {named} has its {n} clips already." if has_all else ""
 
 
-def unmeant_in_words(bans: Collection[Prohibition], due: Prohibition, seen: Observation) -> str:
+def unmeant_in_words(
+    bans: Collection[Prohibition], due: Prohibition, observation: Observation
+) -> str:
     """Return in words the act that was due instead of the forbidden act."""
-    ban = next(one for one in bans if one.act != "open").seen(seen)
+    ban = next(one for one in bans if one.act != "open").seen(observation)
     forbidden = f"the {ban.on}" if ban.act == due.act else f"to {ban.act} the {ban.on}"
     return f"I was about to {due.act} the {due.on}, not {forbidden}: that is not forbidden."

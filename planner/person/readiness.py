@@ -24,67 +24,76 @@ CUT_GAP_M = CLIP_WIDTH_M + 2.0 * CUFF_MIN_M  # between middles of the clips besi
 
 def safe(asked: Asked) -> str:
     """Return in words the obstacles to cutting and clipping a tube, or that there are none."""
-    tube, seen = (
-        asked.tube or asked.instruction.task.tube or _next_tube(seen=asked.seen),
-        asked.seen,
+    tube, observation = (
+        asked.tube or asked.instruction.task.tube or _next_tube(asked.observation),
+        asked.observation,
     )
     if tube is None:
         return "Both tubes are cut already."
-    name = structure_seen(tube, seen)
-    if seen.severed[TUBES.index(tube)]:
+    name = structure_seen(tube, observation)
+    if observation.severed[TUBES.index(tube)]:
         return f"The {name} is cut already."
     forbidden = asked.instruction.forbidden
-    against = [*_against_cut(tube, seen), *_against(name, "cut", forbidden, seen)]
+    against = [*_against_cut(tube, observation), *_against(name, "cut", forbidden, observation)]
     if not against:
-        return f"Nothing that I see stands against cutting the {name}: {_room(tube, seen)}."
+        return f"Nothing that I see stands against cutting the {name}: {_room(tube, observation)}."
     told = f"To cut the {name} is not safe: {'; '.join(against)}."
-    if clips_on(tube, seen) >= clips_needed_on(tube, seen):
+    if clips_on(tube, observation) >= clips_needed_on(tube, observation):
         return told
-    against = [*_against(name, "clip", forbidden, seen)]
+    against = [*_against(name, "clip", forbidden, observation)]
     if against:
         return f"{told} Nor is it to clip it: {'; '.join(against)}."
     return f"{told} Nothing that I see stands against clipping it."
 
 
-def _against_cut(tube: Tube, seen: Observation) -> Iterator[str]:
-    n, needed = clips_on(tube, seen), clips_needed_on(tube, seen)
+def _against_cut(tube: Tube, observation: Observation) -> Iterator[str]:
+    n, needed = clips_on(tube, observation), clips_needed_on(tube, observation)
     if n < needed:
-        yield clips_in_words(tube, seen) if n else f"it needs {needed} clips, and no clip is on it"
-    elif gap_m(tube, seen) < CUT_GAP_M:
-        yield f"only {_room(tube, seen)}"
+        yield (
+            clips_in_words(tube, observation)
+            if n
+            else f"it needs {needed} clips, and no clip is on it"
+        )
+    elif gap_m(tube, observation) < CUT_GAP_M:
+        yield f"only {_room(tube, observation)}"
 
 
-def _against(name: str, act: str, forbidden: tuple[str, ...], seen: Observation) -> Iterator[str]:
+def _against(
+    name: str, act: str, forbidden: tuple[str, ...], observation: Observation
+) -> Iterator[str]:
     if {act, f"{act} {name}"} & set(forbidden):
         yield "you forbade it"
-    if has_slipped(seen):
+    if has_slipped(observation):
         yield "the grasper does not hold the gallbladder"
 
 
-def gap_m(tube: Tube, seen: Observation) -> float:
+def gap_m(tube: Tube, observation: Observation) -> float:
     """Return the distance between the middles of the clips beside the cut, along a tube at rest.
 
     These clips are the highest and the next lower one.
     """
-    low, high = np.sort(_places(tube, seen))[-2:]
-    return float(high - low) * float(seen.rest_length_m[TUBES.index(tube)])
+    low, high = np.sort(_places(tube, observation))[-2:]
+    return float(high - low) * float(observation.rest_length_m[TUBES.index(tube)])
 
 
-def _room(tube: Tube, seen: Observation) -> str:
+def _room(tube: Tube, observation: Observation) -> str:
+    apart_mm = 1e3 * gap_m(tube, observation)
     return (
-        f"{clips_in_words(tube, seen)}, and {1e3 * gap_m(tube, seen):.1f} mm apart beside the cut,"
+        f"{clips_in_words(tube, observation)}, and {apart_mm:.1f} mm apart beside the cut,"
         f" which needs {1e3 * CUT_GAP_M:.1f} mm with its cuffs"
     )
 
 
-def _places(tube: Tube, seen: Observation) -> Array:
+def _places(tube: Tube, observation: Observation) -> Array:
     """Return the places (n,) of the clips on a tube, as shares of its length from below."""
-    line = seen.tube_m(tube)
-    clips_m = seen.clips_m[: min(seen.n_clips, MAX_CLIPS)][lying_on(tube, seen)]
+    line = observation.tube_m(tube)
+    clips_m = observation.clips_m[: min(observation.n_clips, MAX_CLIPS)][
+        lying_on(tube, observation)
+    ]
     places = (nearest_on(line, clip_m) for clip_m in clips_m)
     return np.array([(k + share) / (TUBE_POINTS - 1) for k, share, _ in places])
 
 
-def _next_tube(seen: Observation) -> Tube | None:
-    task = next_of_all(seen)
+def _next_tube(observation: Observation) -> Tube | None:
+    task = next_of_all(observation)
     return task and task.tube

@@ -17,41 +17,43 @@ EXCHANGE_S = 1.6  # the nurse's, before each deed but the first
 
 def left(asked: Asked) -> str:
     """Return in words the number of remaining steps, and an estimate of their time."""
-    tasks = tasks_left(asked.instruction.task, asked.seen, asked.procedure)
+    tasks = tasks_left(asked.instruction.task, asked.observation, asked.procedure)
     if not tasks:
-        cut = "both tubes are cut, and " if asked.seen.severed.all() else ""
+        cut = "both tubes are cut, and " if asked.observation.severed.all() else ""
         return f"No step is left: {cut}the arm is back."
     many = "1 step is" if len(tasks) == 1 else f"{len(tasks)} steps are"
-    time_s = typical_s(tasks, asked.seen) / asked.instruction.speed
+    time_s = typical_s(tasks, asked.observation) / asked.instruction.speed
     return (
         f"{many} left, the last {tasks[-1].text!r}; they take some {time_s:.0f} s, an estimate by"
         " the mean times of 16 simulated procedures."
     )
 
 
-def tasks_left(task: Task, seen: Observation, procedure: Procedure = CHOLECYSTECTOMY) -> list[Task]:
+def tasks_left(
+    task: Task, observation: Observation, procedure: Procedure = CHOLECYSTECTOMY
+) -> list[Task]:
     """Return the tasks that are not observed as done, in the procedure's order.
 
     Args:
         task: The task in force. A grab or a retraction under way also remains.
-        seen: The present observation.
+        observation: The present observation.
         procedure: The procedure under way.
     """
-    grabs = task.grasps and not pulls(seen) and not seen.severed.all()
-    returns = task.goes_back and not is_back(seen)
+    grabs = task.grasps and not pulls(observation) and not observation.severed.all()
+    returns = task.goes_back and not is_back(observation)
     begun = [task] if grabs or returns else []
-    return begun + [one for one in procedure.tasks if _is_left(one, task, seen, procedure)]
+    return begun + [one for one in procedure.tasks if _is_left(one, task, observation, procedure)]
 
 
-def typical_s(tasks: list[Task], seen: Observation) -> float:
+def typical_s(tasks: list[Task], observation: Observation) -> float:
     """Return the usual time of tasks, with a tool exchange or a reload for each deed."""
     deeds = sum(task.is_deed for task in tasks)
-    ready = seen.clip_loaded and any(task.places_clip for task in tasks[:2])
+    ready = observation.clip_loaded and any(task.places_clip for task in tasks[:2])
     exchanges = max(deeds - ready, 0)
     return sum(task.traits.typical_s or 0.0 for task in tasks) + EXCHANGE_S * exchanges
 
 
-def _is_left(task: Task, present: Task, seen: Observation, procedure: Procedure) -> bool:
+def _is_left(task: Task, present: Task, observation: Observation, procedure: Procedure) -> bool:
     """Return whether a task still remains, other than the task in force.
 
     Clips that a tube lacks and its cut remain, each with its retraction. Tasks that leave nothing
@@ -60,7 +62,7 @@ def _is_left(task: Task, present: Task, seen: Observation, procedure: Procedure)
     deed = procedure.before(task) if task.goes_back and procedure.holds(task.index - 1) else task
     if deed.tube is None or not deed.is_deed:
         return task.index > present.index
-    if seen.severed[TUBES.index(deed.tube)]:
+    if observation.severed[TUBES.index(deed.tube)]:
         return False
-    n, needed = clips_on(deed.tube, seen), clips_needed_on(deed.tube, seen)
+    n, needed = clips_on(deed.tube, observation), clips_needed_on(deed.tube, observation)
     return deed.severs or (n < needed and (deed.clip or 1) in (*range(n + 1, needed), USUAL_CLIPS))

@@ -39,29 +39,33 @@ class AnatomyGate:
     def __init__(self) -> None:
         self._n, self._beside_m, self._judged = 0, 0.0, False
 
-    def update(self, seen: Observation) -> None:
+    def update(self, observation: Observation) -> None:
         """Take in one observation; observations after the first clip do not show the room."""
-        if _is_untouched(seen):
+        if _is_untouched(observation):
             self._n += 1
-            self._beside_m += artery_beside_m(seen)
+            self._beside_m += artery_beside_m(observation)
 
-    def why_call(self, seen: Observation, *, due: bool) -> str | None:
+    def why_call(self, observation: Observation, *, due: bool) -> str | None:
         """Return why a person must be called, in a surgeon's words; None if there is no reason.
 
         Args:
-            seen: The last observation that was taken in.
+            observation: The last observation that was taken in.
             due: Whether a clip or a cut is next, so that uncertain cases must be decided now.
         """
-        if not _is_untouched(seen) and (self._judged or not due):
+        if not _is_untouched(observation) and (self._judged or not due):
             return None
         self._judged |= due
-        return " ".join(self._reasons(seen, due=due)) or None
+        return " ".join(self._reasons(observation, due=due)) or None
 
-    def _reasons(self, seen: Observation, *, due: bool) -> Iterator[str]:
+    def _reasons(self, observation: Observation, *, due: bool) -> Iterator[str]:
         for side, length_m, std_m, severed in zip(
-            TUBES, seen.rest_length_m, seen.rest_length_std_m, seen.severed, strict=True
+            TUBES,
+            observation.rest_length_m,
+            observation.rest_length_std_m,
+            observation.severed,
+            strict=True,
         ):
-            tube = structure_seen(side, seen)
+            tube = structure_seen(side, observation)
             needs_m = needed_m(tube, FEWEST_CLIPS)
             if not severed and needs_m - length_m > (DUE if due else SURE) * std_m:
                 yield (
@@ -70,23 +74,23 @@ class AnatomyGate:
                 )
         if self._beside_m < (BESIDE_M if due else 0.0) * self._n:
             yield "The artery seems to cross the duct: a person must deal with it."
-        if seen.third_tube > (LIKELY if due else CERTAIN):
+        if observation.third_tube > (LIKELY if due else CERTAIN):
             yield "There seems to be a second artery: a person must deal with it."
 
 
-def _is_untouched(seen: Observation) -> bool:
+def _is_untouched(observation: Observation) -> bool:
     """Return whether nothing has been clipped or cut yet."""
-    return not (seen.n_clips or seen.severed.any())
+    return not (observation.n_clips or observation.severed.any())
 
 
-def artery_beside_m(seen: Observation) -> float:
+def artery_beside_m(observation: Observation) -> float:
     """Return the distance of the artery's upper end from the duct's line, in the endoscope's view.
 
     The distance is at the tubes' mean depth. It is negative if the upper end lies on the duct's
     other side than the lower end.
     """
-    sides = zip(TUBES, (seen.left_tube_m, seen.right_tube_m), strict=True)
-    lines = {structure_seen(side, seen): line for side, line in sides}
+    sides = zip(TUBES, (observation.left_tube_m, observation.right_tube_m), strict=True)
+    lines = {structure_seen(side, observation): line for side, line in sides}
     duct, artery = (lines[tube][:, :2] / lines[tube][:, 2:] for tube in ("duct", "artery"))
     up = np.argsort(duct[:, 1])
     low, high = artery[[0, -1], 0] - np.interp(artery[[0, -1], 1], duct[up, 1], duct[up, 0])

@@ -28,13 +28,13 @@ class SightGate:
     def __init__(self) -> None:
         self._now_s, self._clear_s = -np.inf, 0.0
 
-    def update(self, seen: Observation) -> None:
+    def update(self, observation: Observation) -> None:
         """Take in one observation; after a gap (a hold, an exchange of tools) begin anew."""
         tubes = slice(POINTS["left_tube_m"] + POINTS["right_tube_m"])
-        is_clear = np.median(seen.std_m[tubes]) <= BLURRED_M
-        if is_clear or seen.time_s - self._now_s > GAP_S:
-            self._clear_s = seen.time_s
-        self._now_s = seen.time_s
+        is_clear = np.median(observation.std_m[tubes]) <= BLURRED_M
+        if is_clear or observation.time_s - self._now_s > GAP_S:
+            self._clear_s = observation.time_s
+        self._now_s = observation.time_s
 
     @property
     def is_lost(self) -> bool:
@@ -55,13 +55,15 @@ class StandstillGate:
     def __init__(self) -> None:
         self._seen: deque[tuple[float, Array, Array]] = deque()
 
-    def update(self, seen: Observation) -> None:
+    def update(self, observation: Observation) -> None:
         """Take in one observation; after a gap (a hold, an exchange of tools) begin anew."""
-        if self._seen and seen.time_s - self._seen[-1][0] > GAP_S:
+        if self._seen and observation.time_s - self._seen[-1][0] > GAP_S:
             self._seen.clear()
-        self._told = seen.stands_still
-        self._seen.append((seen.time_s, seen.tips_endoscope[:, :3, 3], seen.joints[:, 6]))
-        while len(self._seen) > 1 and seen.time_s - self._seen[1][0] >= STILL_AFTER_S:
+        self._told = observation.stands_still
+        self._seen.append(
+            (observation.time_s, observation.tips_endoscope[:, :3, 3], observation.joints[:, 6])
+        )
+        while len(self._seen) > 1 and observation.time_s - self._seen[1][0] >= STILL_AFTER_S:
             self._seen.popleft()
 
     @property

@@ -41,22 +41,22 @@ class TaskClock:
         self.since_s = self.pulled_s = self.grasped_s = self.slipped_s = 0.0
         self._now_s: float | None = None
 
-    def update(self, seen: Observation) -> None:
+    def update(self, observation: Observation) -> None:
         """Take in one observation."""
         if self._now_s is not None:
-            passed_s = min(seen.time_s - self._now_s, PLANNING_PERIOD_S)
+            passed_s = min(observation.time_s - self._now_s, PLANNING_PERIOD_S)
             self.since_s += passed_s
-            self.pulled_s = self.pulled_s + passed_s if pulls(seen) else 0.0
-            self.grasped_s = self.grasped_s + passed_s if is_grasped(seen) else 0.0
-            self.slipped_s = self.slipped_s + passed_s if has_slipped(seen) else 0.0
-        self._now_s = seen.time_s
+            self.pulled_s = self.pulled_s + passed_s if pulls(observation) else 0.0
+            self.grasped_s = self.grasped_s + passed_s if is_grasped(observation) else 0.0
+            self.slipped_s = self.slipped_s + passed_s if has_slipped(observation) else 0.0
+        self._now_s = observation.time_s
 
     def begin(self) -> None:
         """Begin another task."""
         self.since_s = 0.0
 
 
-def gate_task(asked: Task, given: Task | None, seen: Observation, clock: TaskClock) -> Task:
+def gate_task(asked: Task, given: Task | None, observation: Observation, clock: TaskClock) -> Task:
     """Return the task that is due where a planner asks for one.
 
     A clip or a cut ends when it is observed as done, has taken too long, or the gallbladder has
@@ -71,18 +71,18 @@ def gate_task(asked: Task, given: Task | None, seen: Observation, clock: TaskClo
     Args:
         asked: The task that the planner requests.
         given: The task in force; None if there is none yet.
-        seen: The present observation.
+        observation: The present observation.
         clock: Clock of the task in force, and of the grasper's part.
     """
     slipped = clock.slipped_s >= SLIPPED_S
     if given is None or given.grasps:
-        bad = has_slipped(seen) or holds_badly(seen)
+        bad = has_slipped(observation) or holds_badly(observation)
         early = given is not None and (clock.since_s <= GRAB_S or bad)
         grabs = (asked.grasps or early) and clock.pulled_s <= PATIENCE_S
-        return GRAB if grabs and clock.grasped_s < GRASPED_S else next_of_all(seen) or asked
-    over = clock.since_s > PATIENCE_S or is_done(given, seen)
+        return GRAB if grabs and clock.grasped_s < GRASPED_S else next_of_all(observation) or asked
+    over = clock.since_s > PATIENCE_S or is_done(given, observation)
     if given.goes_back:
-        after = GRAB if asked.grasps or slipped else next_of_all(seen) or given
+        after = GRAB if asked.grasps or slipped else next_of_all(observation) or given
         return after if over else given
     way_back = CHOLECYSTECTOMY.after(given)
     return way_back if over or slipped else given

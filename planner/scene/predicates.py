@@ -31,65 +31,71 @@ SLIPPED_PINCH_N = 0.5 * HELD_PINCH_N  # surely too little: each force errs by 0.
 FIRM_TRACTION_N = GRASP_MIN_TRACTION_N + 0.1  # surely enough: each axis errs by 0.05 N; assumed
 
 
-def has_slipped(seen: Observation) -> bool:
+def has_slipped(observation: Observation) -> bool:
     """Return whether the grasper presses on nothing, by its motor current; before the first cut."""
-    return seen.pinch_n < SLIPPED_PINCH_N and not seen.severed.any()
+    return observation.pinch_n < SLIPPED_PINCH_N and not observation.severed.any()
 
 
-def pulls(seen: Observation) -> bool:
+def pulls(observation: Observation) -> bool:
     """Return whether the grasper holds the gallbladder and pulls, by its motor currents."""
-    firm = seen.pinch_n >= HELD_PINCH_N and traction_n(seen) >= GRASP_MIN_TRACTION_N
-    return firm and not is_low(seen)
+    firm = observation.pinch_n >= HELD_PINCH_N and traction_n(observation) >= GRASP_MIN_TRACTION_N
+    return firm and not is_low(observation)
 
 
-def is_low(seen: Observation) -> bool:
+def is_low(observation: Observation) -> bool:
     """Return whether jaws that are not open stand at the gallbladder's neck, or the tubes."""
-    up_m, aside_m = on_axis_m(seen)
-    return up_m < LOW_M and aside_m < ASIDE_M and seen.joints[LEFT_ARM, -1] < OPEN_RAD
+    up_m, aside_m = on_axis_m(observation)
+    return up_m < LOW_M and aside_m < ASIDE_M and observation.joints[LEFT_ARM, -1] < OPEN_RAD
 
 
-def is_about(seen: Observation) -> bool:
+def is_about(observation: Observation) -> bool:
     """Return whether open jaws of the grasper stand about the gallbladder, where a grasp holds."""
-    up_m, aside_m = on_axis_m(seen)
+    up_m, aside_m = on_axis_m(observation)
     placed = GRASP_M[0] <= up_m <= GRASP_M[1] and aside_m < NEAR_M
-    return placed and seen.joints[LEFT_ARM, -1] >= OPEN_RAD
+    return placed and observation.joints[LEFT_ARM, -1] >= OPEN_RAD
 
 
-def on_axis_m(seen: Observation) -> tuple[float, float]:
+def on_axis_m(observation: Observation) -> tuple[float, float]:
     """Return the distances of the grasper's fingers along the gallbladder's axis, and off it."""
-    tip, neck_m = seen.tips_endoscope[LEFT_ARM], seen.sac_m[0]
+    tip, neck_m = observation.tips_endoscope[LEFT_ARM], observation.sac_m[0]
     off_m = tip[:3, 3] - FINGER_M * tip[:3, 2] - neck_m
-    along = unit(seen.sac_m[-1] - neck_m)
+    along = unit(observation.sac_m[-1] - neck_m)
     up_m = float(off_m @ along)
     return up_m, float(np.linalg.norm(off_m - up_m * along))
 
 
-def traction_n(seen: Observation) -> float:
+def traction_n(observation: Observation) -> float:
     """Return the force of the tissue on the grasper."""
-    return float(np.linalg.norm(seen.forces_n[LEFT_ARM]))
+    return float(np.linalg.norm(observation.forces_n[LEFT_ARM]))
 
 
-def holds_badly(seen: Observation) -> bool:
+def holds_badly(observation: Observation) -> bool:
     """Return whether tissue is wedged in the jaws: too wide, too low, or with hardly any pull."""
-    if is_low(seen):
+    if is_low(observation):
         return True
-    wide = seen.pinch_n >= HELD_PINCH_N and seen.joints[LEFT_ARM, -1] > GRASP_MAX_JAW_RAD
-    return bool(wide) or (pulls(seen) and traction_n(seen) < FIRM_TRACTION_N)
+    wide = (
+        observation.pinch_n >= HELD_PINCH_N and observation.joints[LEFT_ARM, -1] > GRASP_MAX_JAW_RAD
+    )
+    return bool(wide) or (pulls(observation) and traction_n(observation) < FIRM_TRACTION_N)
 
 
-def is_grasped(seen: Observation) -> bool:
+def is_grasped(observation: Observation) -> bool:
     """Return whether the grasp surely serves its purpose: both tubes are straight, and apart."""
-    now = {name: torch.from_numpy(part[None]) for name, part in fields(seen.vector()).items()}
-    straight = bool((lacking_m(seen) <= 0.0).all()) and gap_m(now).item() >= SPREAD_MIN_M
-    return pulls(seen) and not holds_badly(seen) and straight
+    now = {
+        name: torch.from_numpy(part[None]) for name, part in fields(observation.vector()).items()
+    }
+    straight = bool((lacking_m(observation) <= 0.0).all()) and gap_m(now).item() >= SPREAD_MIN_M
+    return pulls(observation) and not holds_badly(observation) and straight
 
 
-def lacking_m(seen: Observation) -> Array:
+def lacking_m(observation: Observation) -> Array:
     """Return the distances (2,) by which each tube's ends must part until it is surely straight."""
-    chords_m = [tube_m[-1] - tube_m[0] for tube_m in (seen.left_tube_m, seen.right_tube_m)]
-    return STRAIGHT * seen.rest_length_m - np.linalg.norm(chords_m, axis=1)
+    chords_m = [
+        tube_m[-1] - tube_m[0] for tube_m in (observation.left_tube_m, observation.right_tube_m)
+    ]
+    return STRAIGHT * observation.rest_length_m - np.linalg.norm(chords_m, axis=1)
 
 
-def is_back(seen: Observation) -> bool:
+def is_back(observation: Observation) -> bool:
     """Return whether the right tip is observed as far from both tubes as a retraction requires."""
-    return tip_to_tubes_m(seen) >= RETRACTED_M
+    return tip_to_tubes_m(observation) >= RETRACTED_M

@@ -25,7 +25,7 @@ from scenarios.bench.trials.attack_trial import (
     Pair,
 )
 from scenarios.bench.trials.run_trials import error_lines
-from scenarios.catalogue import WITNESS
+from scenarios.catalogue import ORACLE
 from scenarios.files.outside_text import table_of
 from scenarios.loop.episode_config import EpisodeConfig
 from scenarios.run_episode import begin
@@ -143,7 +143,7 @@ def _crowded(seed: int, pairs: range) -> Laps:
 
 def _in_episode(seed: int) -> Laps:
     """Time the filter in the expert's whole procedure."""
-    steps = begin(EpisodeConfig(**WITNESS, scenario="textbook", seed=seed)).steps()
+    steps = begin(EpisodeConfig(**ORACLE, scenario="textbook", seed=seed)).steps()
     next(steps)
     with _watched() as (whole, seeing):
         for _ in steps:

@@ -99,5 +99,5 @@ def _start_s(seed: int) -> float:
     """Return how long a fresh process takes to the first control step."""
     start_s = perf_counter()
     code = f"from scenarios.bench.stack import begun; begun({seed})"
-    subprocess.run([sys.executable, "-c", code], check=True, stderr=subprocess.DEVNULL)
+    subprocess.run([sys.executable, "-P", "-c", code], check=True, stderr=subprocess.DEVNULL)
     return perf_counter() - start_s

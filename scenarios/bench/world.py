@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from rich.table import Table
 
 from scenarios.bench.stopwatch import Stopwatch
-from scenarios.catalogue import WITNESS
+from scenarios.catalogue import ORACLE
 from scenarios.episode import Episode
 from scenarios.files.errors import BadInputError
 from scenarios.files.outside_text import table_of
@@ -27,7 +27,7 @@ def bench_world(*, seed: int, steps: int) -> tuple[Table | str, ...]:
     Raises:
         BadInputError: The expert does not grasp this patient's gallbladder.
     """
-    episode = begin(EpisodeConfig(**WITNESS, scenario="textbook", seed=seed))
+    episode = begin(EpisodeConfig(**ORACLE, scenario="textbook", seed=seed))
     control_steps = episode.steps()
     if not any(step.outcome.task_done for step in control_steps):  # also the warm-up
         raise BadInputError(f"--seed {seed}: the expert does not grasp this gallbladder")

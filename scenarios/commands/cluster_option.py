@@ -28,8 +28,7 @@ def require_cluster(address: str | None, *folders: Path) -> None:
     if find_spec("ray") is None:
         raise BadInputError("--cluster needs Ray: .venv/bin/pip install -e '.[cluster]'")
     _require_answer(address)
-    from scenarios.workers.ray_check import obstacles
-    from scenarios.workers.ray_workers import connect
+    from scenarios.workers.ray_workers import connect, obstacles
 
     try:
         connect(address)

@@ -39,7 +39,7 @@ class EpisodeOptions:
     sense: Annotated[str | None, policy_of(SENSES)] = None
     """How everybody who acts observes: exact is simulator state, which no robot has; tracked is a
     model of cameras and encoders; cameras perceives pictures, and needs a renderer. The default is
-    tracked, for the witness exact."""
+    tracked, for the oracle exact."""
     perception_checkpoint: Annotated[Path | None, arg(metavar="FILE")] = None
     """Checkpoint of the perception, for --sense cameras or endoscope; the default is the one that
     comes with Calot."""

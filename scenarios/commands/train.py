@@ -8,7 +8,8 @@ from contextlib import AbstractContextManager
 from dataclasses import dataclass, replace
 from itertools import chain
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from types import ModuleType
+from typing import TYPE_CHECKING, Annotated, Any
 
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
 from rich.text import Text
@@ -30,7 +31,7 @@ from scenarios.files.errors import BadInputError
 from scenarios.files.outside_text import Terminal, visible
 
 if TYPE_CHECKING:  # heavy to import
-    from planner.learning.optimise import ScheduleT, TrainingStep
+    from planner.learning.optimise import Schedule, TrainingStep
 
 LEARNERS = ("controller", "planner", "perception", "pixels")
 PRESETS = ("full", "smoke")
@@ -105,48 +106,37 @@ class Train:
         from controller.diffusion import training
         from controller.diffusion.demonstrations import demonstrations
 
-        config, base = self._scheduled(training.PRESETS[self.preset]), None
-        if self.base:
-            config, base = training.fine_tuning(config, self.base)
+        config, base = self._scheduled(training)
         wordless = self.wordless or config.policy.wordless
         config = replace(config, policy=replace(config.policy, wordless=wordless))
         with _reading(self.data):
             dataset = demonstrations(self.data, self._choice())
-        _show(training.train(dataset, config, out, self.device, base), config.steps)
-        return out / training.CHECKPOINT_FILE
+        return self._trained(training, dataset, config, out, base)
 
     def _pixels(self, out: Path) -> Path:
         from controller.pixels import training
         from controller.pixels.films import films
 
-        config, base = self._scheduled(training.PRESETS[self.preset]), None
-        if self.base:
-            config, base = training.fine_tuning(config, self.base)
+        config, base = self._scheduled(training)
         with _reading(self.data):
             dataset = films(self.data, config.policy, self._choice())
-        _show(training.train(dataset, config, out, self.device, base), config.steps)
-        return out / training.CHECKPOINT_FILE
+        return self._trained(training, dataset, config, out, base)
 
     def _planner(self, out: Path) -> Path:
         from controller.dataset.rollouts import rollouts
         from planner.learned import training
 
-        config, base = self._scheduled(training.PRESETS[self.preset]), None
-        if self.base:
-            config, base = training.fine_tuning(config, self.base)
+        config, base = self._scheduled(training)
         with _reading(self.data):
             dataset = rollouts(self.data, self._choice())
-        _show(training.train(dataset, config, out, base), config.steps)
-        return out / training.CHECKPOINT_FILE
+        return self._trained(training, dataset, config, out, base)
 
     def _perception(self, out: Path) -> Path:
         from controller.perception import training
 
         if self.leave_out or self.share != 1.0:
             raise BadInputError("--leave-out and --share are not for `calot train perception`")
-        config, base = self._scheduled(training.PRESETS[self.preset]), None
-        if self.base is not None:
-            config, base = training.fine_tuning(config, self.base)
+        config, base = self._scheduled(training)
         files = sorted(path for folder in self.data for path in folder.glob("*.npz"))
         if not files:
             raise BadInputError(
@@ -154,19 +144,28 @@ class Train:
                 " takes some"
             )
         for view in training.VIEWS:
-            console = Terminal(stderr=True)
-            console.print(f"view {view}")
+            Terminal(stderr=True).print(f"view {view}")
             steps = training.train_view(files, view, config, out / view, self.device, base)
             _show(steps, config.steps)
         return training.join_views(files, config, out, base)
 
+    def _trained(
+        self, training: ModuleType, dataset: Sequence, config: Schedule, out: Path, base: Any
+    ) -> Path:
+        _show(training.train(dataset, config, out, self.device, base), config.steps)
+        return out / training.CHECKPOINT_FILE
+
     def _choice(self) -> Choice:
         return Choice(leave_out=self.leave_out, share=self.share)
 
-    def _scheduled(self, preset: ScheduleT) -> ScheduleT:
-        return replace(
-            preset, seed=self.seed, steps=self.steps or preset.steps, bfloat16=self.bfloat16
-        )
+    def _scheduled(self, training: ModuleType) -> tuple[Any, Any]:
+        """Return the settings of a training, and the model to fine-tune; None for none."""
+        from planner.learning.optimise import fine_tuning
+
+        preset = training.PRESETS[self.preset]
+        steps = self.steps or preset.steps
+        config = replace(preset, seed=self.seed, steps=steps, bfloat16=self.bfloat16)
+        return fine_tuning(training.CHECKPOINTS, config, self.base) if self.base else (config, None)
 
 
 def _reading(data: Sequence[Path]) -> AbstractContextManager:

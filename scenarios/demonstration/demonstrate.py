@@ -13,7 +13,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from planner.learning.files import write_atomic
-from scenarios.catalogue import WITNESS
+from scenarios.catalogue import ORACLE
 from scenarios.demonstration.mix import (
     CORRECTION,
     OF_THE_LEARNED,
@@ -203,7 +203,7 @@ def checkpoints_of(demonstration: PlannedDemonstration) -> dict[str, str]:
 
 def _choices(demonstration: PlannedDemonstration) -> dict[str, Any]:
     """Return planner, controller and sense, as `EpisodeConfig` takes them."""
-    chosen = WITNESS | {"sense": demonstration.sense}
+    chosen = ORACLE | {"sense": demonstration.sense}
     if demonstration.is_rollout:
         chosen |= {"controller": "diffusion", "checkpoint": demonstration.checkpoint}
     if demonstration.is_rollout and demonstration.planner:

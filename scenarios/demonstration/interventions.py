@@ -15,7 +15,7 @@ from controller.dataset.dataset_episode import Header
 from controller.dataset.merge import merge
 from controller.dataset.part import part_bytes
 from planner.learning.files import write_atomic
-from scenarios.catalogue import WITNESS
+from scenarios.catalogue import ORACLE
 from scenarios.demonstration.demonstrate import PARTS, failures_of
 from scenarios.demonstration.demonstration_recorder import DemonstrationRecorder, is_frame
 from scenarios.demonstration.mix import INTERVENTION, TRAINING_SEEDS
@@ -46,7 +46,7 @@ class Interventions:
     def __init__(self, out: Path, config: EpisodeConfig) -> None:
         """Save to `out`; of the controllers' motions only the expert's are to be imitated."""
         self._out, self._config = out, config
-        self._expert = config.controller == WITNESS["controller"]
+        self._expert = config.controller == ORACLE["controller"]
         self.intervened, self.unsaved = False, ""
 
     def on_reset(self, world: World) -> None:

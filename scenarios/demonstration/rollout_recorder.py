@@ -58,7 +58,7 @@ class RolloutRecorder(DemonstrationRecorder):
 
 
 def _coming_seconds(
-    world: World, seen: Observation, said: Instruction
+    world: World, observation: Observation, said: Instruction
 ) -> Iterator[tuple[Array, Array]]:
     """Yield motions of tips (2, 3) and jaws (2,) within a second, if the expert acted.
 
@@ -67,7 +67,7 @@ def _coming_seconds(
     expert, jaw_rad = ControllerExpert(world), world.target[:, 6]
     tips_m, jaws_rad = [np.zeros((2, 3))], [jaw_rad]
     for ahead_s in np.arange(0, PAUSE_STEPS + WINDOW_STEPS, CHUNK_STEPS) * CONTROL_PERIOD_S:
-        chunk = expert.act(replace(seen, time_s=seen.time_s + ahead_s), said)
+        chunk = expert.act(replace(observation, time_s=observation.time_s + ahead_s), said)
         tips_m.append(tips_m[-1] + np.sum([a.move_endoscope_m for a in chunk], axis=0))
         jaws_rad.append(chunk[-1].jaw_rad)
     second = WINDOW_STEPS // CHUNK_STEPS

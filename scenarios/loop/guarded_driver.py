@@ -48,7 +48,7 @@ class GuardedDriver:
         return self.driver.joints
 
     def command(
-        self, action: ToolAction, instruction: Instruction, seen: Observation
+        self, action: ToolAction, instruction: Instruction, observation: Observation
     ) -> JointCommand:
         """Return the joint command for an action in the current endoscope frame."""
         self.driver.calibrate(rig_in(self._world))
@@ -56,11 +56,11 @@ class GuardedDriver:
         with self._clock.stage("driver"):
             asked = self.driver.drive(action)
         if self.driver.refused > refused:
-            self._note(Entry(time_s=seen.time_s, limits=("reach: an arm holds",)))
+            self._note(Entry(time_s=observation.time_s, limits=("reach: an arm holds",)))
         if self.filter is None:
             return asked
         with self._clock.stage("safety filter"):
-            allowed = self.filter.allow(start, asked.joints, instruction, seen)
+            allowed = self.filter.allow(start, asked.joints, instruction, observation)
         self.clearance_m = min(self.clearance_m, allowed.clearance_m)
         self.standstill = allowed.standstill
         if allowed.entry is not None:

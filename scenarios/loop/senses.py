@@ -57,15 +57,15 @@ class Pictures:
     def __init__(self, cameras: Sequence[str]) -> None:
         self._specs = specs_of(cameras)
 
-    def added_to(self, seen: Observation, world: World) -> Observation:
+    def added_to(self, observation: Observation, world: World) -> Observation:
         """Return an observation with the cameras' pictures now, (240, 320, 3) uint8 each.
 
         Raises:
             ValueError: The world was made without `render`.
         """
         if not self._specs:
-            return seen
+            return observation
         if world.view is None:
             raise ValueError("pictures: the world has no cameras: make it with render=True")
         drawn = world.view.pictures(world, self._specs)[COLOR_PICTURE]
-        return replace(seen, images=seen.images | drawn)
+        return replace(observation, images=observation.images | drawn)

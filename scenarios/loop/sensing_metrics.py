@@ -40,22 +40,22 @@ class SensingMetrics:
         self._n += 1
         if self._n % EVERY:
             return
-        seen, exact = step.observation, step.exact
-        off_m = seen.points_m() - exact.points_m()
+        observation, exact = step.observation, step.exact
+        off_m = observation.points_m() - exact.points_m()
         error_m = np.linalg.norm(off_m, axis=1)
         tubes_m, tip_m = exact.points_m()[_TUBES], exact.tips_endoscope[RIGHT_ARM, :3, 3]
         near = np.linalg.norm(tubes_m - tip_m, axis=1) < NEAR_M
         self._near_m.append(error_m[_TUBES][near])
-        self._time_s.append(seen.time_s)
-        tip_off_m = seen.tips_endoscope[RIGHT_ARM, :3, 3] - tip_m
+        self._time_s.append(observation.time_s)
+        tip_off_m = observation.tips_endoscope[RIGHT_ARM, :3, 3] - tip_m
         self._from_tip_m.append(np.linalg.norm(off_m[_TUBES][near] - tip_off_m, axis=1))
-        sizes = (error_m[_TUBES][near] / np.maximum(seen.std_m[_TUBES][near], 1e-9)) ** 2
+        sizes = (error_m[_TUBES][near] / np.maximum(observation.std_m[_TUBES][near], 1e-9)) ** 2
         self._inside.append(sizes < CHI2_95)
         first = N_POINTS - MAX_CLIPS
         self._clips_m.append(error_m[first : first + min(exact.n_clips, MAX_CLIPS)])
-        counted = seen.n_clips == exact.n_clips
-        self._right.append((counted, bool((seen.severed == exact.severed).all())))
-        self._hidden.append(float(seen.hidden[_TUBES].mean()))
+        counted = observation.n_clips == exact.n_clips
+        self._right.append((counted, bool((observation.severed == exact.severed).all())))
+        self._hidden.append(float(observation.hidden[_TUBES].mean()))
 
     def result(self) -> SensingResult | None:
         """Return the errors so far; None if nothing was compared yet."""

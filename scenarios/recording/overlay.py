@@ -15,33 +15,38 @@ ELLIPSE_95 = 2.448  # standard deviations within which 95 % lie in a picture
 LEAST_PX = 2.0
 
 
-def overlaid(picture: NDArray[np.uint8], seen: Observation) -> NDArray[np.uint8]:
+def overlaid(picture: NDArray[np.uint8], observation: Observation) -> NDArray[np.uint8]:
     """Return the picture (height, width, 3) of the left eye with the observation drawn on it."""
     image = Image.fromarray(picture)
     draw = ImageDraw.Draw(image)
-    pixels, radii = projected(seen, *picture.shape[:2])
+    pixels, radii = projected(observation, *picture.shape[:2])
     start = 0
     for name, n in POINTS.items():
-        rows = slice(start, start + (min(seen.n_clips, MAX_CLIPS) if name == "clips_m" else n))
+        rows = slice(
+            start, start + (min(observation.n_clips, MAX_CLIPS) if name == "clips_m" else n)
+        )
         start += n
         if name != "clips_m":
             draw.line([tuple(p) for p in pixels[rows].tolist()], fill=SEEN, width=1)
         colour = CLIP if name == "clips_m" else SEEN
         for (u, v), r, hidden in zip(
-            pixels[rows].tolist(), radii[rows].tolist(), seen.hidden[rows].tolist(), strict=True
+            pixels[rows].tolist(),
+            radii[rows].tolist(),
+            observation.hidden[rows].tolist(),
+            strict=True,
         ):
             draw.ellipse((u - r, v - r, u + r, v + r), outline=HIDDEN if hidden else colour)
     return np.asarray(image)
 
 
-def projected(seen: Observation, height: int, width: int) -> tuple[Array, Array]:
+def projected(observation: Observation, height: int, width: int) -> tuple[Array, Array]:
     """Return the points' places (n, 2), right and down, and radii (n,), in pixels.
 
     The camera is a pinhole (Hartley and Zisserman, Multiple View Geometry, 2004, chapter 6).
     """
-    points, focal = seen.points_m(), 0.5 * height / np.tan(0.5 * CAMERAS[0].fov_rad)
+    points, focal = observation.points_m(), 0.5 * height / np.tan(0.5 * CAMERAS[0].fov_rad)
     depth_m = np.maximum(points[:, 2], 1e-3)
     across = focal * points[:, :2] / depth_m[:, None]
     pixels = np.array([0.5 * width, 0.5 * height]) - across
-    radii = np.maximum(ELLIPSE_95 * seen.std_m * focal / depth_m, LEAST_PX)
+    radii = np.maximum(ELLIPSE_95 * observation.std_m * focal / depth_m, LEAST_PX)
     return pixels, radii

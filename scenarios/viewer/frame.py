@@ -111,7 +111,7 @@ def frame_of(
     patient: Patient,
     ahead: Sequence[ToolAction] = (),
     before: Frame | None = None,
-    seen: Observation | None = None,
+    observation: Observation | None = None,
 ) -> Frame:
     """Return a frame of the world's current state and the controller's planned motions.
 
@@ -120,7 +120,7 @@ def frame_of(
         patient: The world's patient.
         ahead: The next actions of the current chunk.
         before: An earlier frame; its `tets` are shared unless tetrahedra were cut since.
-        seen: The robot's observation.
+        observation: The robot's observation.
     """
     T_world_tool = world.arms.T_world_tool()
     alive = alive_tets(world)
@@ -132,8 +132,10 @@ def frame_of(
     ):
         tets, alive = before.tets, before.alive
     left, right = world.arms.mounted
-    there = slice(0 if seen is None else N_POINTS - MAX_CLIPS + min(seen.n_clips, MAX_CLIPS))
-    points = np.zeros((0, 3)) if seen is None else seen.points_m()[there]
+    there = slice(
+        0 if observation is None else N_POINTS - MAX_CLIPS + min(observation.n_clips, MAX_CLIPS)
+    )
+    points = np.zeros((0, 3)) if observation is None else observation.points_m()[there]
     return Frame(
         patient=patient.number,
         time_s=world.record.time_s,
@@ -151,8 +153,8 @@ def frame_of(
         forces_n=world.tool_forces_n(),
         ahead_m=_path(T_world_tool, world.T_world_endoscope, ahead),
         seen_m=transform(world.T_world_endoscope, points),
-        seen_std_m=np.zeros(0) if seen is None else seen.std_m[there],
-        seen_hidden=np.zeros(0, bool) if seen is None else seen.hidden[there],
+        seen_std_m=np.zeros(0) if observation is None else observation.std_m[there],
+        seen_hidden=np.zeros(0, bool) if observation is None else observation.hidden[there],
         body_m=world.body.offset_m.copy(),
         T_world_endoscope=world.T_world_endoscope.copy(),
     )

@@ -90,7 +90,7 @@ class Watcher:
     def _copy(self) -> None:
         if self._world is None or self.patient is None:  # the episode could not begin
             return
-        ahead, seen = (
+        ahead, observation = (
             ((), None) if self._step is None else (self._step.ahead, self._step.observation)
         )
-        self.frame = frame_of(self._world, self.patient, ahead, self.frame, seen)
+        self.frame = frame_of(self._world, self.patient, ahead, self.frame, observation)

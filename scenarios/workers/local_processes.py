@@ -11,13 +11,13 @@ from multiprocessing.connection import Connection, wait
 from multiprocessing.process import BaseProcess
 from multiprocessing.resource_tracker import ensure_running
 from threading import Thread
-from typing import Any, Generic, TypeVar
+from typing import Any, TypeVar, cast
 
 from scenarios.files.errors import WorkerDiedError
+from scenarios.workers.job import Job, WorkerPool
 from scenarios.workers.process import STOP_SIGNALS, counting, search_garbage_rarely, stoppable
 from tissue_sim.main_guard import require_main_guard
 
-Config = TypeVar("Config")
 Result = TypeVar("Result")
 
 STOP_TIMEOUT_S = 10.0  # an interrupted worker saves its recording in far less
@@ -25,16 +25,16 @@ STOP_TIMEOUT_S = 10.0  # an interrupted worker saves its recording in far less
 
 @dataclass(kw_only=True)
 class _Worker:
-    """A process at the other end of `connection`, and the number of its current attempt."""
+    """A process at the other end of `connection`, and its current job."""
 
     process: BaseProcess
     connection: Connection
-    number: int = -1
+    job: Job | None = None
 
-    def begin(self, number: int, config: Any) -> None:
-        self.number = number
+    def begin(self, job: Job) -> None:
+        self.job = job
         with suppress(BrokenPipeError):  # the worker has died: `outcome` reports it
-            self.connection.send(config)
+            self.connection.send(job.config)
 
     def outcome(self) -> Any:
         """Return the attempt's result, or the death of the worker."""
@@ -59,10 +59,10 @@ class _Worker:
         self.process.join()
 
 
-class LocalProcesses(Generic[Config, Result]):
+class LocalProcesses(WorkerPool[Result]):
     """A pool of spawned processes; idle ones are used again."""
 
-    def __init__(self, attempt: Callable[[Config], Result]) -> None:
+    def __init__(self, attempt: Callable[[Any], Result]) -> None:
         """Make a pool, without processes yet.
 
         Raises:
@@ -75,33 +75,25 @@ class LocalProcesses(Generic[Config, Result]):
 
     @property
     def n_busy(self) -> int:
-        """Return how many attempts are running."""
         return len(self._busy)
 
-    def begin(self, number: int, config: Config) -> None:
-        """Start an attempt on an idle worker, or on a new one."""
+    def begin(self, job: Job) -> None:
         worker = self._idle.pop() if self._idle else _spawned(self._attempt)
-        worker.begin(number, config)
+        worker.begin(job)
         self._busy.append(worker)
 
     def wait(self) -> None:
-        """Wait until some attempts have ended."""
         wait([worker.connection for worker in self._busy])
 
-    def ended(self) -> list[tuple[int, Result | WorkerDiedError]]:
-        """Return the numbers and results of attempts that have ended."""
+    def ended(self) -> list[tuple[Job, Result | WorkerDiedError]]:
         ready = set(wait([worker.connection for worker in self._busy], timeout=0.0))
         done = [worker for worker in self._busy if worker.connection in ready]
         self._busy = [worker for worker in self._busy if worker not in done]
-        outcomes = [(worker.number, worker.outcome()) for worker in done]
+        outcomes = [(cast(Job, worker.job), worker.outcome()) for worker in done]
         self._idle += [worker for worker in done if not worker.connection.closed]
         return outcomes
 
     def leave(self) -> list[Result]:
-        """Interrupt running attempts, wait until they are saved, and end all workers.
-
-        Return the results of attempts that finished before the interruption.
-        """
         stopping, idle, self._busy, self._idle = self._busy, self._idle, [], []
         for worker in stopping:
             worker.interrupt()

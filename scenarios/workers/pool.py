@@ -4,18 +4,14 @@ from __future__ import annotations
 
 from collections import deque
 from collections.abc import Callable, Generator, Iterable, Iterator
-from typing import TYPE_CHECKING, TypeVar
+from typing import TypeVar
 
 from scenarios.files.errors import WorkerDiedError
+from scenarios.workers.job import Job, WorkerPool
 from scenarios.workers.process import saving
-
-if TYPE_CHECKING:
-    from scenarios.workers.local_processes import LocalProcesses
-    from scenarios.workers.ray_workers import RayWorkers
 
 Config = TypeVar("Config")
 Result = TypeVar("Result")
-Numbered = TypeVar("Numbered")
 
 
 def run_side_by_side(
@@ -34,29 +30,24 @@ def run_side_by_side(
     attempts are yielded before KeyboardInterrupt is raised.
     """
     pool = _pool(attempt, cluster)
-    coming, again = enumerate(configs), deque[tuple[int, Config]]()
-    running, repeated = dict[int, Config](), set[int]()
+    coming, again = (Job(config, repeated=False) for config in configs), deque[Job]()
 
     def fill() -> None:
         while pool.n_busy < workers and (due := _next(again, coming)) is not None:
-            number, running[number] = due
-            pool.begin(*due)
+            pool.begin(due)
 
     try:
         fill()
         while pool.n_busy:
             pool.wait()
             with saving():  # what is received is passed on
-                for number, outcome in pool.ended():
-                    config = running.pop(number)
+                for job, outcome in pool.ended():
                     died = isinstance(outcome, WorkerDiedError)
-                    retry = died and number not in repeated
-                    if retry:
-                        repeated.add(number)
-                        again.append((number, config))
+                    if retry := died and not job.repeated:
+                        again.append(job._replace(repeated=True))
                     fill()
                     if not retry:
-                        yield after_death(config, outcome) if died else outcome
+                        yield after_death(job.config, outcome) if died else outcome
     except KeyboardInterrupt:
         with saving():
             yield from pool.leave()
@@ -66,13 +57,11 @@ def run_side_by_side(
             pool.leave()
 
 
-def _next(again: deque[Numbered], coming: Iterator[Numbered]) -> Numbered | None:
+def _next(again: deque[Job], coming: Iterator[Job]) -> Job | None:
     return again.popleft() if again else next(coming, None)
 
 
-def _pool(
-    attempt: Callable[[Config], Result], cluster: str | None
-) -> LocalProcesses[Config, Result] | RayWorkers[Config, Result]:
+def _pool(attempt: Callable[[Config], Result], cluster: str | None) -> WorkerPool[Result]:
     if cluster is None:
         from scenarios.workers.local_processes import LocalProcesses
 

@@ -79,9 +79,9 @@ def at_work(
     return replace(made, pinch_n=(1.2 if held else 0.4) * HELD_PINCH_N)
 
 
-def writable(seen: Observation) -> Observation:
+def writable(observation: Observation) -> Observation:
     """Return a copy whose arrays can be written into, as those of no observation else."""
-    made = replace(seen)
+    made = replace(observation)
     for name, value in vars(made).items():
         if isinstance(value, np.ndarray):
             vars(made)[name] = value.copy()
@@ -93,10 +93,12 @@ def trunk_m(branch_m: np.ndarray) -> np.ndarray:
     return branch_m[0] + np.linspace(-0.02, 0.02, TRUNK_POINTS)[:, None] * [1.0, 0.0, 0.0]
 
 
-def shifted(seen: Observation, by_m: np.ndarray) -> Observation:
+def shifted(observation: Observation, by_m: np.ndarray) -> Observation:
     """Return the observation with every place shifted by `by_m` (3,)."""
-    tips = seen.tips_endoscope.copy()
+    tips = observation.tips_endoscope.copy()
     tips[:, :3, 3] += by_m
     return replace(
-        seen, tips_endoscope=tips, **{name: getattr(seen, name) + by_m for name in POINTS}
+        observation,
+        tips_endoscope=tips,
+        **{name: getattr(observation, name) + by_m for name in POINTS},
     )

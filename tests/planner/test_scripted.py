@@ -8,7 +8,7 @@ from planner.base import PATIENCE_S
 from planner.instruction import TASKS
 from planner.procedure.outcomes import structure_of, task_done
 from planner.scripted import MOST_TRIES, PlannerScripted
-from scenarios.catalogue import SCENARIOS, WITNESS
+from scenarios.catalogue import ORACLE, SCENARIOS
 from scenarios.loop.episode_config import EpisodeConfig
 from scenarios.perturbation.effects import Effects
 from scenarios.perturbation.perturbation import AtTask
@@ -30,7 +30,7 @@ OUT_INSERTION_M = 0.05
 @pytest.fixture(scope="module")
 def approach():
     """Return a world and two states: at the start, and grasped with the right arm at the tubes."""
-    episode = begin(EpisodeConfig(**WITNESS, scenario="textbook", seed=10_004))
+    episode = begin(EpisodeConfig(**ORACLE, scenario="textbook", seed=10_004))
     begun = episode.world.state()
     for step in episode.steps():
         if step.instruction.task == FIRST_CLIP and not right_arm_back(episode.world):
@@ -54,8 +54,8 @@ def at_the_tubes(approach):
 
 def ask(planner, world, after_s=0.0):
     """Return the task that the planner gives now, or `after_s` later in an unchanged world."""
-    seen = world.observe()
-    return planner.plan(replace(seen, time_s=seen.time_s + after_s)).task
+    observation = world.observe()
+    return planner.plan(replace(observation, time_s=observation.time_s + after_s)).task
 
 
 def move_right_arm(world, *, insertion_m=None, jaw_rad=None, steps=30):
@@ -110,8 +110,8 @@ def test_a_task_that_has_failed_often_enough_is_left_to_a_person(at_the_tubes):
     start_s, said = at_the_tubes.observe().time_s, []
     move_right_arm(at_the_tubes, insertion_m=OUT_INSERTION_M)
     for k in range(3 * MOST_TRIES):
-        seen = replace(at_the_tubes.observe(), time_s=start_s + k * (PATIENCE_S + 0.1))
-        said.append(planner.plan(seen))
+        observation = replace(at_the_tubes.observe(), time_s=start_s + k * (PATIENCE_S + 0.1))
+        said.append(planner.plan(observation))
     calls = [s for s in said if s.call]
     assert said[0].task == FIRST_CLIP
     assert calls[0].remark == f"{FIRST_CLIP.text!r} has failed {MOST_TRIES} times."
@@ -130,7 +130,7 @@ def test_after_a_reset_it_starts_at_the_first_task(at_the_tubes, approach):
 def test_after_a_slip_no_task_is_given_that_is_still_done():
     (slip,) = SCENARIOS["grasp-slip"].perturbations
     effects = Effects([replace(slip, at=AtTask(index=SECOND_CLIP.index))], seed=0)
-    episode = begin(EpisodeConfig(**WITNESS, scenario="textbook", seed=10_004), effects=effects)
+    episode = begin(EpisodeConfig(**ORACLE, scenario="textbook", seed=10_004), effects=effects)
     episode = replace(episode, planner=PlannerScripted(episode.world, hears_of_success=False))
     said = []
     for step in episode.steps():
@@ -162,8 +162,8 @@ def test_it_calls_a_person_where_it_cannot_operate_but_not_after_a_clip(untouche
 
 
 def test_an_instruction_carries_the_time_it_was_given(untouched):
-    seen = replace(untouched.observe(), time_s=7.5)
-    said = PlannerScripted(untouched).plan(seen)
+    observation = replace(untouched.observe(), time_s=7.5)
+    said = PlannerScripted(untouched).plan(observation)
     assert (said.time_s, said.source, said.correction) == (7.5, "planner", None)
 
 

@@ -5,7 +5,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from planner.learned.planner import load_planner
+from planner.learned.planner import make
+from planner.policy_setup import PolicySetup
 from planner.rules.call_gates import BLURRED_M, UNSEEN, UNSEEN_AFTER_S, SightGate
 from tests.planner.observations import clipped
 from tissue_sim.sensing.observation import N_POINTS, TUBE_POINTS, Observation
@@ -53,7 +54,7 @@ def test_a_clear_look_or_a_gap_begins_anew():
 
 
 def test_a_planner_that_does_not_see_the_tubes_holds_and_calls():
-    planner = load_planner()
+    planner = make(PolicySetup())
     said = [planner.plan(blurred(s)) for s in LONG_S]
     assert not any(one.call for one in said[:-1])
     assert (said[-1].hold, said[-1].call, said[-1].remark) == (True, True, UNSEEN)

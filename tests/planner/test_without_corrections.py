@@ -5,7 +5,7 @@ from itertools import islice
 
 from planner.ablations import PlannerWithoutCorrections
 from planner.instruction import CORRECTIONS
-from scenarios.catalogue import WITNESS
+from scenarios.catalogue import ORACLE
 from scenarios.loop.episode_config import EpisodeConfig
 from scenarios.run_episode import begin
 
@@ -29,7 +29,7 @@ class Correcting:
 
 def test_tasks_pass_and_corrections_are_dropped():
     episode = begin(
-        EpisodeConfig(**WITNESS, scenario="textbook", seed=10_004, ablation="no-corrections")
+        EpisodeConfig(**ORACLE, scenario="textbook", seed=10_004, ablation="no-corrections")
     )
     assert isinstance(episode.planner, PlannerWithoutCorrections)
     planner = PlannerWithoutCorrections(Correcting(episode.planner._planner))

@@ -6,7 +6,7 @@ import sys
 
 import pytest
 
-from scenarios.catalogue import WITNESS
+from scenarios.catalogue import ORACLE
 from scenarios.loop.episode_config import EpisodeConfig
 from scenarios.viewer.serving import port
 from tests.scenarios.procedures import Procedure, run_by_command, run_once
@@ -15,7 +15,7 @@ from tests.scenarios.procedures import Procedure, run_by_command, run_once
 @pytest.fixture(scope="session")
 def procedure(made_once) -> Procedure:
     return run_once(
-        EpisodeConfig(**WITNESS, scenario="textbook", seed=10_004), "procedure", made_once
+        EpisodeConfig(**ORACLE, scenario="textbook", seed=10_004), "procedure", made_once
     )
 
 

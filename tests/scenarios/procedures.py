@@ -19,7 +19,7 @@ SEED_BY_COMMAND = 10_003
 
 
 @dataclass(kw_only=True)
-class Witness:
+class StepKeeper:
     """Keeps every step of an episode."""
 
     world: World | None = None
@@ -45,16 +45,16 @@ class Procedure:
 
 
 def run(config: EpisodeConfig, out: Path) -> Procedure:
-    witness = Witness()
-    result = attempt_episode(config, out, [witness])
+    recorder = StepKeeper()
+    result = attempt_episode(config, out, [recorder])
     file = out / "episodes" / f"{config.seed}.npz"
-    assert witness.world is not None
+    assert recorder.world is not None
     return Procedure(
         result=result,
-        steps=witness.steps,
+        steps=recorder.steps,
         file=file,
         recording=load(file),
-        world=witness.world,
+        world=recorder.world,
     )
 
 

@@ -9,7 +9,7 @@ from planner.command import COMMANDS
 from planner.instruction import CALL, TASKS
 from planner.person.orders import GRAB_S, HELD_S
 from planner.policy_setup import PolicySetup
-from scenarios.catalogue import WITNESS
+from scenarios.catalogue import ORACLE
 from scenarios.cli import main
 from scenarios.loop.episode_config import EpisodeConfig
 from scenarios.loop.person.inbox import Inbox
@@ -23,8 +23,8 @@ from tissue_sim.outcome.clip_rule import needed_m
 from tissue_sim.outcome.room import MUST_DEAL, why_call
 
 SEED = 10_004
-TOO_SHORT = EpisodeConfig(**WITNESS, seed=SEED, scenario="short-tubes", magnitude=1.0)
-TWO_ARTERIES = EpisodeConfig(**WITNESS, seed=SEED, scenario="two-arteries")
+TOO_SHORT = EpisodeConfig(**ORACLE, seed=SEED, scenario="short-tubes", magnitude=1.0)
+TWO_ARTERIES = EpisodeConfig(**ORACLE, seed=SEED, scenario="two-arteries")
 CALLS = EpisodeConfig(
     scenario="textbook",
     planner="tests.scenarios.calling:PlannerCalls",
@@ -112,9 +112,9 @@ def test_a_person_who_gives_an_order_is_heard_first():
 
 
 def test_the_command_says_why_and_ends_well_if_the_call_was_right(tmp_path, capfd):
-    witness = ["--planner", "scripted", "--controller", "expert"]
+    oracle = ["--planner", "scripted", "--controller", "expert"]
     where = ["--scenario", "two-arteries", "--seed", str(SEED), "--out", str(tmp_path)]
-    assert main(["run", *witness, *where]) == 0
+    assert main(["run", *oracle, *where]) == 0
     told = capfd.readouterr().out
     assert f"seed {SEED} called rightly: {MUST_DEAL}" in told
     assert "passed 0 of 0" in told

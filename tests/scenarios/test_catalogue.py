@@ -1,13 +1,13 @@
 """Tests of the scenarios: each variant is one, and one seed gives each another patient."""
 
-from scenarios.catalogue import SCENARIOS, SENSE_OF, SENSES, WITNESS, usual_sense
+from scenarios.catalogue import ORACLE, SCENARIOS, SENSE_OF, SENSES, usual_sense
 from scenarios.loop.episode_config import EpisodeConfig
 from scenarios.run_episode import anatomy_of, begin
 from tissue_sim.patient.anatomy import anatomy_from_seed
 from tissue_sim.patient.variants import VARIANTS
 
 SEED = 10_003
-STACK = WITNESS["planner"], WITNESS["controller"]
+STACK = ORACLE["planner"], ORACLE["controller"]
 
 
 def test_every_variant_is_a_scenario_of_its_name() -> None:
@@ -30,6 +30,6 @@ def test_scenarios_of_one_seed_are_different_patients() -> None:
 
 
 def test_an_episode_begins_with_its_scenarios_patient() -> None:
-    episode = begin(EpisodeConfig(**WITNESS, scenario="two-arteries", seed=SEED))
+    episode = begin(EpisodeConfig(**ORACLE, scenario="two-arteries", seed=SEED))
     assert "second artery" in episode.world.organ.tubes
     assert episode.world.anatomy == anatomy_of(episode.config)

@@ -20,7 +20,7 @@ from planner.command import COMMANDS
 from planner.instruction import CORRECTIONS, TASKS, Instruction
 from planner.policy_setup import PolicySetup
 from planner.scripted import PlannerScripted
-from scenarios.catalogue import CONTROLLERS, WITNESS, PolicyEntry
+from scenarios.catalogue import CONTROLLERS, ORACLE, PolicyEntry
 from scenarios.episode import STAYS_BACK_S, Episode
 from scenarios.loop.episode_config import EpisodeConfig
 from scenarios.recording.attempt import attempt_episode
@@ -165,7 +165,7 @@ def saying_the_last(world, tasks):
 
 def begin_judging(world, tasks, planner=None):
     episode = Episode(
-        config=EpisodeConfig(**WITNESS, scenario="textbook", seed=SEED),
+        config=EpisodeConfig(**ORACLE, scenario="textbook", seed=SEED),
         world=world,
         planner=planner or PlannerScripted(world),
         controller=ControllerIdle(PolicySetup(seed=SEED)),
@@ -194,7 +194,7 @@ def test_the_idle_controller_fails_at_the_first_task_and_it_is_no_error():
 @pytest.mark.parametrize("cap_s", [0.0, -1.0, float("nan"), float("inf"), "3", True])
 def test_a_cap_that_is_no_time_is_refused(cap_s):
     with pytest.raises(ValueError, match="task_cap_s must be a number above 0"):
-        EpisodeConfig(**WITNESS, task_cap_s=cap_s)
+        EpisodeConfig(**ORACLE, task_cap_s=cap_s)
 
 
 @pytest.mark.parametrize(
@@ -386,7 +386,7 @@ def test_a_persons_instruction_drops_the_running_chunk_and_the_planner_is_asked_
 def test_an_undone_task_counts_when_it_is_done_under_another_instruction(first, then):
     clip, back, back_again = (Instruction(task=TASKS[k]) for k in (1, first, then))
     planner = PlannerSays(*3 * [clip], back, back_again)
-    episode = begin(EpisodeConfig(**WITNESS, scenario="textbook", seed=SEED), planner=planner)
+    episode = begin(EpisodeConfig(**ORACLE, scenario="textbook", seed=SEED), planner=planner)
     left_undone = False
     for step in islice(episode.steps(), round(10.0 / CONTROL_PERIOD_S)):
         if step.instruction.task == back_again.task:
@@ -494,7 +494,7 @@ def test_a_controller_without_an_action_gets_a_clear_error():
 
 
 def test_a_clip_closed_in_the_air_is_reloaded_and_the_task_done():
-    episode = begin(EpisodeConfig(**WITNESS, scenario="textbook", seed=SEED))
+    episode = begin(EpisodeConfig(**ORACLE, scenario="textbook", seed=SEED))
     joints = episode.guarded_driver.driver.joints
     for jaw_rad in (0.35, -0.1):
         joints[RIGHT_ARM, 6] = jaw_rad
@@ -515,7 +515,7 @@ def done(episode):
 def test_the_same_seed_gives_the_same_recording_bit_for_bit(tmp_path):
     once, again, other = (
         run(
-            EpisodeConfig(**WITNESS, scenario="textbook", seed=seed, task_cap_s=3.0),
+            EpisodeConfig(**ORACLE, scenario="textbook", seed=seed, task_cap_s=3.0),
             tmp_path / name,
         ).recording
         for name, seed in (("once", SEED), ("again", SEED), ("other", SEED + 1))

@@ -8,7 +8,7 @@ from itertools import islice
 import numpy as np
 import pytest
 
-from scenarios.catalogue import SCENARIOS, SENSE_OF, SENSES, WITNESS
+from scenarios.catalogue import ORACLE, SCENARIOS, SENSE_OF, SENSES
 from scenarios.loop.episode_config import EpisodeConfig
 from scenarios.recording.snapshot import Snapshot
 from scenarios.run_episode import anatomy_of, begin, run_episode
@@ -28,7 +28,7 @@ CALLED = (
     "artery-behind",
     "artery-in-front",
     "two-arteries",
-)  # where the witness calls for a person
+)  # where the oracle calls for a person
 GRABS = "tests.scenarios.calling:PlannerGrabs"
 LATER = {"forces_n", "pinch_n", "clips_m", "n_clips", "clip_loaded", "scissors", "severed"}
 OF_SENSES = {  # sensed exactly: still
@@ -39,7 +39,7 @@ OF_SENSES = {  # sensed exactly: still
 
 def config(scenario, **changes):
     sense = SENSE_OF.get(scenario, "exact")
-    usual = WITNESS | {"scenario": scenario, "seed": SEED, "sense": sense}
+    usual = ORACLE | {"scenario": scenario, "seed": SEED, "sense": sense}
     return EpisodeConfig(**usual | changes)
 
 
@@ -108,7 +108,7 @@ def test_every_number_of_the_observation_changes_in_a_procedure(procedure):
 
 @pytest.mark.slow
 @pytest.mark.parametrize("name", WITHOUT_PICTURES)
-def test_the_witness_succeeds_or_rightly_calls_and_sees_everything_change(name, tmp_path):
+def test_the_oracle_succeeds_or_rightly_calls_and_sees_everything_change(name, tmp_path):
     procedure = run(config(name), tmp_path)
     if name in CALLED:
         assert procedure.result.outcome == "called"

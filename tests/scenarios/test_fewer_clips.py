@@ -3,13 +3,13 @@
 import pytest
 
 from planner.procedure.cholecystectomy import TASKS
-from scenarios.catalogue import WITNESS
+from scenarios.catalogue import ORACLE
 from scenarios.loop.episode_config import EpisodeConfig
 from tests.scenarios.procedures import Procedure, run
 from tissue_sim.outcome.clip_rule import FEWEST_CLIPS, needed_m
 from tissue_sim.patient.organ import TUBES
 
-SHORT = EpisodeConfig(**WITNESS, seed=10_001, scenario="nominal")
+SHORT = EpisodeConfig(**ORACLE, seed=10_001, scenario="nominal")
 SECOND_CLIPS = {task.index for task in TASKS if task.clip == 2}
 
 

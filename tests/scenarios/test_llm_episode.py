@@ -8,7 +8,7 @@ import pytest
 
 from planner.instruction import TASKS
 from planner.llm import ATTEMPTS
-from scenarios.catalogue import WITNESS
+from scenarios.catalogue import ORACLE
 from scenarios.cli import main
 from scenarios.commands.policy_options import require_endpoint
 from scenarios.files.errors import BAD_INPUT, ERROR
@@ -23,7 +23,7 @@ def steps_of(answers, monkeypatch, n):
     with serving(*answers) as server:
         monkeypatch.setenv("CALOT_LLM_URL", server.url)
         monkeypatch.setenv("CALOT_LLM_MODEL", "small")
-        config = EpisodeConfig(**WITNESS | {"planner": "llm"}, scenario="textbook", seed=SEED)
+        config = EpisodeConfig(**ORACLE | {"planner": "llm"}, scenario="textbook", seed=SEED)
         episode = begin(config)
         return list(islice(episode.steps(), n))
 
@@ -31,7 +31,7 @@ def steps_of(answers, monkeypatch, n):
 def test_its_tasks_are_done_as_if_the_oracle_had_given_them(monkeypatch):
     spoken = steps_of([says(TASKS[0].text)], monkeypatch, n=70)
     oracle = list(
-        islice(begin(EpisodeConfig(**WITNESS, scenario="textbook", seed=SEED)).steps(), 70)
+        islice(begin(EpisodeConfig(**ORACLE, scenario="textbook", seed=SEED)).steps(), 70)
     )
     for mine, its in zip(spoken, oracle, strict=True):
         np.testing.assert_array_equal(mine.command.joints, its.command.joints)

@@ -4,7 +4,7 @@ from itertools import islice
 
 import pytest
 
-from scenarios.catalogue import SCENARIOS, WITNESS
+from scenarios.catalogue import ORACLE, SCENARIOS
 from scenarios.loop.episode_config import EpisodeConfig
 from scenarios.loop.person.inbox import Inbox, read
 from scenarios.loop.person.script import Timed
@@ -34,7 +34,7 @@ def test_what_is_said_is_read_as_it_is_meant(text: str, means: str) -> None:
 def test_what_is_unclear_or_not_due_is_asked_back_or_refused(text: str) -> None:
     inbox = Inbox()
     inbox.arrange([Timed(time_s=0.5, text=text)])
-    episode = begin(EpisodeConfig(**WITNESS, scenario="textbook", seed=SEED), inbox=inbox)
+    episode = begin(EpisodeConfig(**ORACLE, scenario="textbook", seed=SEED), inbox=inbox)
     (heard,) = (heard for step in islice(episode.steps(), 30) for heard in step.heard)
     assert heard.instruction is None or heard.instruction.hold
     assert heard.reply.startswith(("Not understood", "Not done", "Refused", "Did you mean", "What"))

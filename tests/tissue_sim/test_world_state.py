@@ -217,11 +217,11 @@ def test_a_refusal_does_not_change_later_steps(
 ) -> None:
     once = run(one_world, 40, 60)
     one_world.restore(saved)
-    seen = one_world.observe().vector()
+    observation = one_world.observe().vector()
     for name in ("tissue", "arms", "record"):
         with pytest.raises(ValueError, match=name):
             one_world.restore(with_value(saved, (name,), DELETED))
-    np.testing.assert_array_equal(one_world.observe().vector(), seen)
+    np.testing.assert_array_equal(one_world.observe().vector(), observation)
     assert_same(run(one_world, 40, 60), once)
     one_world.restore(saved)
 

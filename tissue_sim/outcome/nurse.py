@@ -19,16 +19,16 @@ ROOM_M = 0.012  # assumed: less than the distance to which arms retract
 EXCHANGE_S = 0.8  # one way, assumed; a person takes longer, which is not studied
 
 
-def is_needed(seen: Observation, tool: str, *, clip: bool) -> bool:
+def is_needed(observation: Observation, tool: str, *, clip: bool) -> bool:
     """Return whether the right arm lacks the tool, or lacks a clip to place."""
-    if seen.tools[RIGHT_ARM] != tool:
+    if observation.tools[RIGHT_ARM] != tool:
         return True
-    return clip and not seen.clip_loaded
+    return clip and not observation.clip_loaded
 
 
-def has_room(seen: Observation) -> bool:
+def has_room(observation: Observation) -> bool:
     """Return whether the right tip is far enough from both tubes to exchange its tool."""
-    return tip_to_tubes_m(seen) >= ROOM_M
+    return tip_to_tubes_m(observation) >= ROOM_M
 
 
 def exchange(world: World, tool: str, joints: Array) -> Iterator[JointCommand]:

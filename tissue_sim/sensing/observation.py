@@ -161,10 +161,12 @@ def points_by_name(points: Array) -> dict[str, Any]:
     return {name: points[line] for name, line in _LINES.items()}
 
 
-def tip_to_tubes_m(seen: Observation) -> float:
+def tip_to_tubes_m(observation: Observation) -> float:
     """Return the distance of the right tip to the nearest tube's centreline, m."""
-    tip_m = seen.tips_endoscope[1, :3, 3]
-    return min(nearest_on(line, tip_m)[2] for line in (seen.left_tube_m, seen.right_tube_m))
+    tip_m = observation.tips_endoscope[1, :3, 3]
+    return min(
+        nearest_on(line, tip_m)[2] for line in (observation.left_tube_m, observation.right_tube_m)
+    )
 
 
 VECTOR_LAYOUT: dict[str, tuple[int, ...]] = {

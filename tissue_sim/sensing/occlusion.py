@@ -37,22 +37,24 @@ class Occlusion:
         """Copy without meshes, which are made again from the field."""
         return Occlusion, ()
 
-    def hidden(self, field: Field, seen: Observation) -> NDArray[np.bool_]:
+    def hidden(self, field: Field, observation: Observation) -> NDArray[np.bool_]:
         """Return (`N_POINTS`,) which points of the exact observation no camera observes now."""
-        points = transform(field.T_world_endoscope, seen.points_m())
+        points = transform(field.T_world_endoscope, observation.points_m())
         T_world_eye = np.stack([T_world_camera(field, name) for name in EYES])
-        visible = _in_view(T_world_eye, points) & ~self._blocked(field, seen, T_world_eye, points)
+        visible = _in_view(T_world_eye, points) & ~self._blocked(
+            field, observation, T_world_eye, points
+        )
         return np.asarray(~visible.any(axis=0))
 
     def _blocked(
-        self, field: Field, seen: Observation, T_world_eye: Array, points: Array
+        self, field: Field, observation: Observation, T_world_eye: Array, points: Array
     ) -> NDArray[np.bool_]:
         """Return (eye, point) whether an object lies before the point."""
         links = [mesh for tool in field.arms.mounted for mesh in self._meshes(tool)]
         return blocked(
             T_world_eye[:, :3, 3],
             points,
-            depths_m(seen),
+            depths_m(observation),
             self._tissue_mesh(field),
             links,
             inverse_pose(field.arms.T_world_links()),
@@ -84,9 +86,9 @@ def _joined(meshes: list[trimesh.Trimesh]) -> RayMesh:
     return RayMesh(np.concatenate([mesh.vertices for mesh in meshes]), np.concatenate(faces))
 
 
-def depths_m(seen: Observation) -> NDArray[np.float32]:
+def depths_m(observation: Observation) -> NDArray[np.float32]:
     """Return the depth (`N_POINTS`,) of each point below the wall of its structure."""
-    deep = dict(zip(POINTS, (*seen.tube_radius_m, SAC_DEPTH_M), strict=False))
+    deep = dict(zip(POINTS, (*observation.tube_radius_m, SAC_DEPTH_M), strict=False))
     deep |= {"clips_m": CLIP_LENGTH_M}
     for name, trunk in zip(("common_bile_duct_m", "hepatic_artery_m"), AT_RISK, strict=True):
         deep[name] = RADIUS_M[trunk]

@@ -17,15 +17,15 @@ N_ENDS = 4  # ends of the left and the right tube's cut, each below and above th
 N_SHOWN = N_POINTS + N_ENDS
 
 
-def shown_points(field: Field, seen: Observation) -> tuple[Array, NDArray[np.bool_], Array]:
+def shown_points(field: Field, observation: Observation) -> tuple[Array, NDArray[np.bool_], Array]:
     """Return points (`N_SHOWN`, 3) of the world, whether each exists, and their depths, m.
 
     The points are those of the exact observation, then the ends of a cut. The depth of a point is
     its largest depth below the wall of its structure.
     """
     points, there = np.zeros((N_SHOWN, 3)), np.ones(N_SHOWN, bool)
-    points[:N_POINTS] = transform(field.T_world_endoscope, seen.points_m())
-    there[N_POINTS - MAX_CLIPS : N_POINTS] = np.arange(MAX_CLIPS) < seen.n_clips
+    points[:N_POINTS] = transform(field.T_world_endoscope, observation.points_m())
+    there[N_POINTS - MAX_CLIPS : N_POINTS] = np.arange(MAX_CLIPS) < observation.n_clips
     x = field.tissue.positions()
     for k, side in enumerate(("left", "right")):
         tube = field.anatomy.structure(side)
@@ -35,8 +35,8 @@ def shown_points(field: Field, seen: Observation) -> tuple[Array, NDArray[np.boo
         if len(severed):
             rings = (field.tubes.below[tube], field.tubes.above[tube])
             points[at] = [x[ring[severed[0], 0]] for ring in rings]
-    ends = np.repeat(seen.tube_radius_m + DEPTH_M, 2)
-    return points, there, np.concatenate([depths_m(seen), ends]).astype(float)
+    ends = np.repeat(observation.tube_radius_m + DEPTH_M, 2)
+    return points, there, np.concatenate([depths_m(observation), ends]).astype(float)
 
 
 def project(spec: CameraSpec, T_world_eye: Array, points: Array) -> tuple[Array, Array]:

@@ -71,20 +71,20 @@ def complete_grasp(chunk: Array, scene: Scene, task: Task, commanded: Array) -> 
     return arms.reshape(chunk.shape)
 
 
-def _too_wide_rad(seen: Observation) -> float:
+def _too_wide_rad(observation: Observation) -> float:
     """Return the angle by which jaws that hold should close."""
-    if not HELD_PINCH_N <= seen.pinch_n <= MOST_PINCH_N:
+    if not HELD_PINCH_N <= observation.pinch_n <= MOST_PINCH_N:
         return 0.0
-    return float(np.clip(seen.joints[LEFT_ARM, -1] - CLOSE_RAD, 0.0, MOST_RAD))
+    return float(np.clip(observation.joints[LEFT_ARM, -1] - CLOSE_RAD, 0.0, MOST_RAD))
 
 
-def _lacking_m(seen: Observation) -> Array:
+def _lacking_m(observation: Observation) -> Array:
     """Return the missing pull (3,) along the chord of the less straight tube."""
-    if not pulls(seen) or traction_n(seen) > MOST_TRACTION_N:
+    if not pulls(observation) or traction_n(observation) > MOST_TRACTION_N:
         return np.zeros(3)
-    lacks_m = lacking_m(seen)
+    lacks_m = lacking_m(observation)
     k = int(lacks_m.argmax())
-    slack_m = SLACK_M if traction_n(seen) < FIRM_TRACTION_N else 0.0
-    tube_m = (seen.left_tube_m, seen.right_tube_m)[k]
+    slack_m = SLACK_M if traction_n(observation) < FIRM_TRACTION_N else 0.0
+    tube_m = (observation.left_tube_m, observation.right_tube_m)[k]
     chord_m = tube_m[-1] - tube_m[0]
     return np.clip(lacks_m[k], slack_m, MOST_M) * chord_m / np.linalg.norm(chord_m)

@@ -152,9 +152,9 @@ def _response(
         if heard:
             fork.inbox.say(heard)
         for step in islice(fork.steps(), WITHIN_STEPS):
-            seen = episode.world.observe()
-            moved_m = (seen.tips_endoscope - start.tips_endoscope)[:, :3, 3]
-            if is_obeyed(correction, moved_m, seen.joints[:, 6] - start.joints[:, 6]):
+            observation = episode.world.observe()
+            moved_m = (observation.tips_endoscope - start.tips_endoscope)[:, :3, 3]
+            if is_obeyed(correction, moved_m, observation.joints[:, 6] - start.joints[:, 6]):
                 return CorrectionResponse(text=correction.text, obeyed=True)
             if step.asked is not None:
                 asked_m, asked_rad = asked_m + step.asked.move_endoscope_m, step.asked.jaw_rad

@@ -17,7 +17,7 @@ from tempfile import TemporaryDirectory
 
 import numpy as np
 
-from scenarios.catalogue import WITNESS
+from scenarios.catalogue import ORACLE
 from scenarios.loop.episode_config import EpisodeConfig
 from scenarios.viewer.pace import Pace
 from scenarios.viewer.serving.page_process import PageProcess
@@ -63,7 +63,7 @@ def page_faults(seed: int, n: int) -> Counter[str]:
 
 
 def _session(out: Path) -> SessionState:
-    config, pace = EpisodeConfig(**WITNESS, seed=0), Pace(paused=True)
+    config, pace = EpisodeConfig(**ORACLE, seed=0), Pace(paused=True)
     return SessionState(config=config, out=out, pace=pace, watcher=Watcher(pace))
 
 

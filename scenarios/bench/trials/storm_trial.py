@@ -185,9 +185,9 @@ def _measure(world: World) -> StormSample:
     mass, rest = tissue.host("mass")[0, :n], tissue.host("volume")[0, : len(tissue.tets())]
     forces, volumes = world.tool_forces_n(), tissue.volumes()
     speed = np.linalg.norm(velocity, axis=1)
-    seen = world.observe().vector()
+    observation = world.observe().vector()
     return StormSample(
-        finite=all(np.isfinite(a).all() for a in (position, velocity, forces, seen)),
+        finite=all(np.isfinite(a).all() for a in (position, velocity, forces, observation)),
         tips_m=world.arms.T_world_tool()[:, :3, 3],
         commanded_m=_commanded_tips(world),
         tool=world.arms.mounted[RIGHT_ARM].name,

@@ -49,19 +49,19 @@ def test_an_endoscope_that_is_bumped_moves_no_tool():
         np.testing.assert_array_equal(frame.along(still), still)
 
 
-def tips_moved(seen: Observation, by_m: np.ndarray) -> Observation:
-    tips = seen.tips_endoscope.copy()
+def tips_moved(observation: Observation, by_m: np.ndarray) -> Observation:
+    tips = observation.tips_endoscope.copy()
     tips[:, :3, 3] += by_m
-    return replace(seen, tips_endoscope=tips)
+    return replace(observation, tips_endoscope=tips)
 
 
-def after_a_gap(seen: Observation) -> np.ndarray:
+def after_a_gap(observation: Observation) -> np.ndarray:
     """Return how far (3,) a tool that should hold still moves, if it sees `seen` after a gap."""
     still, frame, gone = hold(np.zeros(2)).vector(), BodyFrame(), np.zeros(3)
     _ = frame.at_rest(SEEN.vector())
     frame.reset()
     for _ in range(60):
-        _ = frame.at_rest(seen.vector())
+        _ = frame.at_rest(observation.vector())
         gone = gone + frame.along(still).reshape(2, 10)[0, :3]
     return gone
 

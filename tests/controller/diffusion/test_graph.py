@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from controller.diffusion import graph
-from controller.diffusion.graph import Sampler, example_inputs, export
+from controller.diffusion.graph import Sampler, example_inputs, traced
 from controller.diffusion.policy import CHECKPOINTS, Policy
 
 
@@ -15,9 +15,9 @@ def policy() -> Policy:
 
 def test_the_graph_that_comes_with_calot_samples_as_one_traced_now(policy, monkeypatch, tmp_path):
     shipped = Sampler(policy)
-    traced = tmp_path / "traced.onnx"
-    traced.write_bytes(export(policy))
-    monkeypatch.setattr(graph, "SHIPPED", traced)
+    anew = tmp_path / "anew.onnx"
+    anew.write_bytes(traced(policy))
+    monkeypatch.setattr(graph, "SHIPPED", anew)
     now, rng = Sampler(policy), np.random.default_rng(0)
     for n in range(policy.config.max_delay + 1):
         inputs = {
@@ -29,5 +29,5 @@ def test_the_graph_that_comes_with_calot_samples_as_one_traced_now(policy, monke
 
 
 def test_the_checkpoint_that_comes_with_calot_needs_no_tracing(policy, monkeypatch):
-    monkeypatch.delattr(graph, "export")
+    monkeypatch.delattr(graph, "traced")
     Sampler(policy)

@@ -16,10 +16,10 @@ from controller.perception.training import (
     PRESETS,
     VIEWS,
     WEIGHTS_FILE,
-    fine_tuning,
     join_views,
     train_view,
 )
+from planner.learning.optimise import fine_tuning
 from tissue_sim.sensing.observation import N_LINE, N_POINTS
 
 SMOKE = PRESETS["smoke"]
@@ -121,7 +121,7 @@ def test_other_frames_in_a_file_of_the_same_size_do_not_go_on_from_there(tmp_pat
 
 def test_fine_tuning_moves_the_networks_and_keeps_the_prior(base: Path, tmp_path: Path) -> None:
     before, files = CHECKPOINTS.load(base), [pictures(tmp_path / "b.npz", 4)]
-    config, model = fine_tuning(SMOKE, base)
+    config, model = fine_tuning(CHECKPOINTS, SMOKE, base)
     for view in VIEWS:
         list(train_view(files, view, config, tmp_path / view, base=model))
     after = CHECKPOINTS.load(join_views(files, config, tmp_path, model))

@@ -1,7 +1,5 @@
 """Laws of the radii: they follow from how wide structures appear and how far they are."""
 
-from dataclasses import replace
-
 import numpy as np
 import pytest
 
@@ -24,8 +22,7 @@ def looked(*, visible: bool = True, error: float = 0.0, looks: int = LOOKS) -> R
             _, ahead = picture.project(points[:N_WIDE])
             log_radius = np.zeros(N_LINE)
             log_radius[:N_WIDE] = np.log(picture.focal_px * TRUE_M / ahead) + error
-            views[name] = replace(
-                shown(picture, points, rng),
+            views[name] = shown(picture, points, rng)._replace(
                 log_radius=log_radius + 0.1 * rng.standard_normal(N_LINE),
                 visible=np.full(N_LINE, 5.0 if visible else -5.0),
             )
@@ -50,8 +47,9 @@ def test_one_look_counts_little_and_many_looks_do_not_settle_for_ever():
     assert abs(np.log(once.tubes_m[0] / 0.0012)) > abs(np.log(often.tubes_m[0] / 0.0012))
     for _ in range(20):
         views = {
-            name: replace(
-                shown(picture, prior().mean.reshape(N_LINE, 3), np.random.default_rng(1)),
+            name: shown(
+                picture, prior().mean.reshape(N_LINE, 3), np.random.default_rng(1)
+            )._replace(
                 log_radius=np.full(N_LINE, np.log(300.0 * 0.004 / 0.1)),
             )
             for name, picture in {"ahead": EYES["ahead"]}.items()

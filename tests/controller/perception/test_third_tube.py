@@ -1,7 +1,6 @@
 """Laws of the chance of a third tube: only the close view tells, and staring proves nothing."""
 
 import math
-from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -20,7 +19,7 @@ def saying(logit: float) -> Shown:
     seen = shown(EYES["ahead"], prior().mean.reshape(N_LINE, 3), np.random.default_rng(0))
     flags = np.zeros(len(FLAGS))
     flags[FLAGS.index("third tube")] = logit
-    return replace(seen, flags=flags)
+    return seen._replace(flags=flags)
 
 
 def chance(*logits: float, view: str = VIEW) -> float:

@@ -47,7 +47,7 @@ def test_all_cameras_of_a_window_are_shifted_alike_and_the_edge_repeats():
 
 def test_each_window_has_the_picture_of_its_own_moment():
     films = [film(seed, n=40 + seed) for seed in range(3)]
-    data = FilmData(films, CHUNKS, "cpu")
+    data = FilmData(films, replace(PRESETS["smoke"], policy=PixelConfig()), "cpu")
     every = torch.arange(len(data.windows))
     newest = data.windows.batch(every, torch.zeros_like(every)).newest
     joined = torch.from_numpy(np.concatenate([f.pictures for f in films]))

@@ -12,8 +12,8 @@ from tissue_sim.patient.at_risk import AT_RISK
 from tissue_sim.sensing.observation import N_POINTS, Observation
 
 
-def lacking(seen: Observation) -> set[str]:
-    return set(lacking_clips(seen)) - set(AT_RISK)
+def lacking(observation: Observation) -> set[str]:
+    return set(lacking_clips(observation)) - set(AT_RISK)
 
 
 def of_length(length_m: float, *, std_m: float) -> Observation:

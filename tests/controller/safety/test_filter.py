@@ -201,10 +201,10 @@ def test_a_jump_across_the_artery_stops_before_it_even_without_limits(world, fie
 def test_the_grasper_works_on_tubes_while_it_grabs_or_holds_what_they_hang_on(world):
     tubes, right = frozenset(world.organ.tubes), TASKS[1]
     meant = frozenset({structure_of(right, world)})
-    seen = world.observe()
-    assert worked_on(TASKS[0], seen) == (tubes, frozenset())
-    assert worked_on(right, seen) == (frozenset(), meant)
-    assert worked_on(right, replace(seen, pinch_n=2.0 * HOLDS_N)) == (tubes, meant)
+    observation = world.observe()
+    assert worked_on(TASKS[0], observation) == (tubes, frozenset())
+    assert worked_on(right, observation) == (frozenset(), meant)
+    assert worked_on(right, replace(observation, pinch_n=2.0 * HOLDS_N)) == (tubes, meant)
 
 
 @pytest.mark.parametrize("distance_m", [0.00012, 0.00005, -0.0003])

@@ -26,10 +26,10 @@ def world() -> World:
 
 def seen_with_tool_at(world: World, T_world_tool: np.ndarray) -> Observation:
     """Return the observation if the right tool were there."""
-    seen = world.observe()
-    tips = seen.tips_endoscope.copy()
+    observation = world.observe()
+    tips = observation.tips_endoscope.copy()
     tips[RIGHT_ARM] = inverse_pose(world.T_world_endoscope) @ T_world_tool
-    return replace(seen, tips_endoscope=tips)
+    return replace(observation, tips_endoscope=tips)
 
 
 @pytest.mark.parametrize("tube", TUBES)
@@ -64,13 +64,13 @@ def test_the_wall_that_was_between_the_jaws_stays_until_it_is_surely_out(world):
     std_m, before = 0.0008, frozenset({GALLBLADDER})
     told, remembered = [], []
     for beside_m in np.linspace(0.0, 0.03, 61):
-        seen = world.observe()
-        tips = seen.tips_endoscope.copy()
-        tips[RIGHT_ARM, :3, 3] = seen.sac_m[2] + beside_m * tips[RIGHT_ARM, :3, 1]
-        unsure = np.full_like(seen.std_m, std_m)
-        seen = replace(seen, tips_endoscope=tips, std_m=unsure)
-        told.append(GALLBLADDER in between_jaws_seen(seen))
-        remembered.append(GALLBLADDER in between_jaws_seen(seen, before))
+        observation = world.observe()
+        tips = observation.tips_endoscope.copy()
+        tips[RIGHT_ARM, :3, 3] = observation.sac_m[2] + beside_m * tips[RIGHT_ARM, :3, 1]
+        unsure = np.full_like(observation.std_m, std_m)
+        observation = replace(observation, tips_endoscope=tips, std_m=unsure)
+        told.append(GALLBLADDER in between_jaws_seen(observation))
+        remembered.append(GALLBLADDER in between_jaws_seen(observation, before))
     assert told[0]
     assert not remembered[-1]
     longer_m = (sum(remembered) - sum(told)) * 0.03 / 60

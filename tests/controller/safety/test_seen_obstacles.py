@@ -45,10 +45,13 @@ def farthest_m(points: np.ndarray, start: np.ndarray, end: np.ndarray) -> float:
 
 @pytest.mark.parametrize("name", [*TUBES, *AT_RISK])
 def test_seen_exactly_lines_are_those_of_the_tissue(world, name):
-    true, seen = surroundings_of(world).capsules, ObstaclesSeen().follow(world.observe()).capsules
+    true, observation = (
+        surroundings_of(world).capsules,
+        ObstaclesSeen().follow(world.observe()).capsules,
+    )
     start, end = ends(true, name)
-    assert farthest_m(np.concatenate([start, end]), *ends(seen, name)) < WITHIN_M
-    assert seen.radius_m[seen.of(name)].max() == pytest.approx(
+    assert farthest_m(np.concatenate([start, end]), *ends(observation, name)) < WITHIN_M
+    assert observation.radius_m[observation.of(name)].max() == pytest.approx(
         true.radius_m[true.of(name)].max(), rel=1e-6
     )
 
@@ -90,8 +93,8 @@ def test_the_liver_moves_with_the_body(world):
 
 
 def test_what_is_uncertain_is_thicker_up_to_a_limit(world):
-    seen = world.observe()
+    observation = world.observe()
     for std_m, more_m in ((5e-4, UNSURE * 5e-4), (1.0, MOST_M)):
-        unsure = replace(seen, std_m=np.full(N_POINTS, std_m))
-        thick, thin = (ObstaclesSeen().follow(o).capsules.radius_m for o in (unsure, seen))
+        unsure = replace(observation, std_m=np.full(N_POINTS, std_m))
+        thick, thin = (ObstaclesSeen().follow(o).capsules.radius_m for o in (unsure, observation))
         np.testing.assert_allclose(thick - thin, more_m)

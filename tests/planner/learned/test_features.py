@@ -75,16 +75,16 @@ def test_what_is_next_on_a_tube_is_what_a_person_would_be_told(clips, cut, lengt
         assert next_deed(parts_of(seen), k).argmax().item() == deed_of(tube, seen)
 
 
-def deed_of(tube: Tube, seen: Observation) -> int:
+def deed_of(tube: Tube, observation: Observation) -> int:
     """Return the number of the deed that `next_task` allows."""
     try:
-        task = next_task("clip", tube, seen)
+        task = next_task("clip", tube, observation)
     except NotNowError:
-        severed = seen.severed[("left", "right").index(tube)]
+        severed = observation.severed[("left", "right").index(tube)]
         return DEEDS - 1 if severed else DEEDS - 2
     assert task.clip is not None
     return task.clip - 1
 
 
-def parts_of(seen: Observation) -> dict[str, torch.Tensor]:
-    return fields(torch.from_numpy(seen.vector())[None])
+def parts_of(observation: Observation) -> dict[str, torch.Tensor]:
+    return fields(torch.from_numpy(observation.vector())[None])

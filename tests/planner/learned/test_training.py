@@ -10,10 +10,10 @@ from planner.learned.training import (
     CHECKPOINT_FILE,
     KEEP_OUT_EVERY,
     PRESETS,
-    fine_tuning,
     split_rollouts,
     train,
 )
+from planner.learning.optimise import fine_tuning
 from tests.planner.learned.rolled_out import rollout
 
 SMOKE = PRESETS["smoke"]
@@ -29,10 +29,10 @@ def learnt(tmp_path_factory):
 
 def test_fine_tuning_starts_from_a_checkpoint_and_keeps_its_normalisation(learnt, tmp_path):
     checkpoint, losses = learnt
-    config, base = fine_tuning(replace(SMOKE, steps=20), checkpoint)
+    config, base = fine_tuning(CHECKPOINTS, replace(SMOKE, steps=20), checkpoint)
     assert config.planner == SMOKE.planner
     assert config.learning_rate < SMOKE.learning_rate
-    going_on = [step.loss for step in train([rollout(1)], config, tmp_path, base)]
+    going_on = [step.loss for step in train([rollout(1)], config, tmp_path, base=base)]
     assert sum(going_on[:FEW]) < 0.9 * sum(losses[:FEW])
     before, after = CHECKPOINTS.load(checkpoint), CHECKPOINTS.load(tmp_path / CHECKPOINT_FILE)
     assert torch.equal(before.mean, after.mean)

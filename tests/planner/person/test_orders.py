@@ -32,12 +32,12 @@ def at(time_s: float, near: bool, up_m: float = 0.0, **clips: int) -> Observatio
     return replace(seen, tips_endoscope=tips)
 
 
-def say(planner: PlannerOverridden, words: str, seen: Observation) -> str:
-    return planner.instruct(COMMANDS[words], seen).reply
+def say(planner: PlannerOverridden, words: str, observation: Observation) -> str:
+    return planner.instruct(COMMANDS[words], observation).reply
 
 
-def task(planner: PlannerOverridden, seen: Observation) -> str:
-    return planner.in_force(seen).text
+def task(planner: PlannerOverridden, observation: Observation) -> str:
+    return planner.in_force(observation).text
 
 
 def follow(planner: PlannerOverridden, *seen: Observation) -> Sequence[str]:
@@ -170,8 +170,8 @@ def test_undo_takes_back_what_was_gone(gone_m):
 INTERPRETER = Interpreter()
 
 
-def hear(planner: PlannerOverridden, text: str, seen: Observation) -> str:
-    return planner.hear(INTERPRETER.read(text), seen).reply
+def hear(planner: PlannerOverridden, text: str, observation: Observation) -> str:
+    return planner.hear(INTERPRETER.read(text), observation).reply
 
 
 def asked(planner: PlannerOverridden, until_s: float) -> list[tuple[float, str]]:

@@ -9,7 +9,7 @@ import pytest
 
 from scenarios.bench.stopwatch import REST, Stopwatch
 from scenarios.bench.world import watch_step
-from scenarios.catalogue import WITNESS
+from scenarios.catalogue import ORACLE
 from scenarios.cli import main
 from scenarios.loop.episode_config import EpisodeConfig
 from scenarios.run_episode import begin
@@ -73,7 +73,7 @@ def test_the_functions_are_restored(kitchen, stopwatch):
 
 def test_timing_the_world_does_not_change_it():
     def run(*, timed):
-        episode = begin(EpisodeConfig(**WITNESS, scenario="textbook", seed=10_004))
+        episode = begin(EpisodeConfig(**ORACLE, scenario="textbook", seed=10_004))
         steps = islice(episode.steps(), 90)
         with watch_step(episode.world) if timed else nullcontext() as stopwatch:
             for _ in steps:

@@ -17,14 +17,14 @@ from scenarios.bench.trials.correction_trial import (
     wanted_motion,
 )
 from scenarios.bench.trials.run_trials import error_lines
-from scenarios.catalogue import WITNESS
+from scenarios.catalogue import ORACLE
 from scenarios.loop.episode_config import EpisodeConfig
 from scenarios.run_episode import begin
 from tissue_sim.frames import inverse_pose
 from tissue_sim.tools.arms import LEFT_ARM, RIGHT_ARM
 
 SEED = 10_005
-ASTRAY = EpisodeConfig(**WITNESS, scenario="overshoot")
+ASTRAY = EpisodeConfig(**ORACLE, scenario="overshoot")
 IDLE = replace(ASTRAY, controller="idle")
 
 
@@ -42,7 +42,7 @@ def test_a_correction_brings_an_arm_that_was_led_astray_nearer(trial):
 
 @pytest.mark.parametrize(("task", "arm"), [(TASKS[0], LEFT_ARM), (TASKS[1], RIGHT_ARM)])
 def test_the_wanted_motion_leads_the_tip_to_its_goal_in_the_endoscope_frame(task, arm):
-    world = begin(EpisodeConfig(**WITNESS, scenario="textbook", seed=SEED)).world
+    world = begin(EpisodeConfig(**ORACLE, scenario="textbook", seed=SEED)).world
     if arm == LEFT_ARM:
         T_world_goal = grasp_pose(world)
     else:

@@ -14,7 +14,7 @@ from scenarios.bench.trials.obedience_trial import (
     is_obeyed,
 )
 from scenarios.bench.trials.run_trials import error_lines
-from scenarios.catalogue import WITNESS
+from scenarios.catalogue import ORACLE
 from scenarios.cli import main
 from scenarios.demonstration.labels import THRESHOLD_RAD
 from scenarios.loop.episode_config import EpisodeConfig
@@ -43,7 +43,7 @@ def test_it_is_obeyed_by_the_named_arm_in_the_named_way_far_enough(said):
 
 
 def examined(controller, seed=SEED, by="planner"):
-    config = EpisodeConfig(**WITNESS | {"controller": controller}, scenario="textbook")
+    config = EpisodeConfig(**ORACLE | {"controller": controller}, scenario="textbook")
     return ObedienceExamination(config=config, by=by)(seed)
 
 

@@ -31,14 +31,14 @@ class Shown:
 
     def __init__(self, kind, frames, noise=True):
         self.episode = begun(PlannedDemonstration(seed=SEED, kind=kind, noise=noise))
-        self.witness = DemonstrationRecorder(lambda: expert_acts(self.episode.controller))
-        self.witness.on_reset(self.episode.world)
+        self.recorder = DemonstrationRecorder(lambda: expert_acts(self.episode.controller))
+        self.recorder.on_reset(self.episode.world)
         self.first = self.episode.observation
         self.steps = []
         for step in islice(self.episode.steps(), frames):
-            self.witness.on_step(step)
+            self.recorder.on_step(step)
             self.steps.append(step)
-        self.columns = self.witness.columns(SEED, kind)
+        self.columns = self.recorder.columns(SEED, kind)
 
 
 @pytest.fixture(scope="module")

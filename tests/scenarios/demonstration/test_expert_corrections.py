@@ -10,14 +10,14 @@ from planner.correction import CORRECTIONS, DIRECTION_ENDOSCOPE
 from planner.instruction import Instruction
 from planner.procedure.cholecystectomy import TASKS
 from scenarios.bench.trials.obedience_trial import PlannerFixed
-from scenarios.catalogue import WITNESS
+from scenarios.catalogue import ORACLE
 from scenarios.demonstration.interjections import is_harmless
 from scenarios.episode import Episode
 from scenarios.loop.episode_config import EpisodeConfig
 from scenarios.run_episode import begin
 from tissue_sim.sensing.exact import SenseExact
 
-CONFIG = EpisodeConfig(**WITNESS, scenario="textbook", seed=10_001)
+CONFIG = EpisodeConfig(**ORACLE, scenario="textbook", seed=10_001)
 WITHIN_STEPS = 60  # 2 s
 MIN_M, MIN_RAD = 3e-3, 0.2
 ASIDE = 0.5  # share of the motion: tissue yields, and the filter slides along obstacles

@@ -11,7 +11,7 @@ from controller.correction import SPEED_M_S
 from controller.dataset.part import part_bytes, read_part
 from controller.dataset.reader import read_episodes
 from planner.person.orders import DEFAULT_M
-from scenarios.catalogue import WITNESS
+from scenarios.catalogue import ORACLE
 from scenarios.cli import main
 from scenarios.demonstration.interventions import Interventions
 from scenarios.demonstration.mix import KINDS
@@ -34,9 +34,7 @@ def spoken(tmp_path_factory):
     """Return the result, recording and dataset of a procedure in which a person speaks."""
     out = tmp_path_factory.mktemp("spoken")
     (out / "said.tsv").write_text(SAID)
-    config = EpisodeConfig(
-        **WITNESS, scenario="textbook", seed=SEED, instruct=str(out / "said.tsv")
-    )
+    config = EpisodeConfig(**ORACLE, scenario="textbook", seed=SEED, instruct=str(out / "said.tsv"))
     result = attempt_episode(config, out, [Interventions(out / "set", config)])
     (episode,) = read_episodes(out / "set")
     return result, load(out / "episodes" / f"{SEED}.npz"), episode
@@ -83,7 +81,7 @@ def watched(out, *said, expert=True, n=60):
     """Save the first n steps of an episode as a dataset; return what `save` returns."""
     inbox = Inbox()
     inbox.arrange([Timed(time_s=time_s, text=text) for time_s, text in said])
-    config = EpisodeConfig(**WITNESS, scenario="textbook", seed=SEED)
+    config = EpisodeConfig(**ORACLE, scenario="textbook", seed=SEED)
     interventions = Interventions(out, config if expert else replace(config, controller="idle"))
     episode = begin(config, inbox=inbox)
     interventions.on_reset(episode.world)

@@ -32,13 +32,13 @@ def rolled_out(frames, planner=None):
     kind = "recovery:grasp-missed-below"
     episode = begun(PlannedDemonstration(seed=SEED, kind=kind, noise=False))
     episode = replace(episode, planner=planner or episode.planner)
-    witness = RolloutRecorder(lambda: True)
-    witness.on_reset(episode.world)
+    recorder = RolloutRecorder(lambda: True)
+    recorder.on_reset(episode.world)
     led = []
     for step in islice(episode.steps(), frames):
-        witness.on_step(step)
+        recorder.on_step(step)
         led.append(step.asked is None)
-    return witness.columns(SEED, kind), np.array(led)
+    return recorder.columns(SEED, kind), np.array(led)
 
 
 @pytest.fixture(scope="module")
@@ -98,17 +98,17 @@ def test_an_overshoot_lasts_while_the_applier_is_deeper_than_its_goal():
 def test_a_slip_is_flagged_once_it_shows_until_the_grasper_is_out_of_the_tissue():
     kind = "recovery:grasp-slip"
     episode = begun(PlannedDemonstration(seed=ROOMY, kind=kind, noise=False))
-    witness = RolloutRecorder(lambda: True)
-    witness.on_reset(episode.world)
+    recorder = RolloutRecorder(lambda: True)
+    recorder.on_reset(episode.world)
     held, among = [], []  # in the observation after each frame
     for step in episode.steps():
-        witness.on_step(step)
+        recorder.on_step(step)
         if not step.exchange:
             held.append(gallbladder_held(episode.world))
             among.append(among_tissue(LEFT_ARM, episode.world))
         if True in held and not among[-1]:
             break
-    flag = witness.columns(ROOMY, kind)["flag"]
+    flag = recorder.columns(ROOMY, kind)["flag"]
     lost = len(held) - held[::-1].index(True)  # the first frame after which it is not held
     assert not flag[: lost + 1].any()
     assert flag[lost + 1 :].all()
@@ -118,13 +118,13 @@ def test_a_slip_is_flagged_once_it_shows_until_the_grasper_is_out_of_the_tissue(
 @pytest.mark.slow
 def test_every_slip_is_flagged_until_a_tube_is_cut_also_one_while_a_clip_is_loaded():
     episode = begun(PlannedDemonstration(seed=SLIPPING, kind="recovery:grasp-slip", noise=False))
-    witness = RolloutRecorder(lambda: True)
-    witness.on_reset(episode.world)
+    recorder = RolloutRecorder(lambda: True)
+    recorder.on_reset(episode.world)
     slips = []  # for each slip: is it in an exchange, is it after a cut
     for step in episode.steps():
-        witness.on_step(step)
+        recorder.on_step(step)
         slips += [(step.exchange, bool(episode.world.record.cuts)) for _ in step.applied]
-    flag = witness.columns(SLIPPING, "recovery:grasp-slip")["flag"]
+    flag = recorder.columns(SLIPPING, "recovery:grasp-slip")["flag"]
     assert {True, False} == {cut for _, cut in slips}
     assert any(exchange for exchange, cut in slips if not cut)
     assert np.count_nonzero(flag[1:] & ~flag[:-1]) == sum(not cut for _, cut in slips)

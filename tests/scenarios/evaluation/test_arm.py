@@ -25,7 +25,7 @@ def test_a_text_becomes_the_arm_that_it_names():
 @pytest.mark.parametrize(
     ("arm", "sense"), [("scripted+expert", "exact"), ("learned+diffusion", "tracked")]
 )
-def test_only_the_witness_is_told_the_exact_state_where_no_sense_is_named(arm, sense):
+def test_only_the_oracle_is_told_the_exact_state_where_no_sense_is_named(arm, sense):
     assert arm_from_text(arm).sense == sense
 
 

@@ -9,7 +9,7 @@ from io import BytesIO
 
 import pytest
 
-from scenarios.catalogue import PLANNERS, SCENARIOS, SENSE_OF, WITNESS
+from scenarios.catalogue import ORACLE, PLANNERS, SCENARIOS, SENSE_OF
 from scenarios.cli import main, parse
 from scenarios.commands import policy_options
 from scenarios.commands.folder_options import require_writable_folder
@@ -181,7 +181,7 @@ def test_every_scenario_is_reached_from_the_command_line(name):
 def test_a_magnitude_replaces_the_scenarios_own():
     words = ["run", "--scenario", "breathing", "--magnitude", "0.004"]
     assert parse(words) == Run(scenario="breathing", magnitude=0.004)
-    (breathing,) = EpisodeConfig(**WITNESS, scenario="breathing", magnitude=0.004).perturbations
+    (breathing,) = EpisodeConfig(**ORACLE, scenario="breathing", magnitude=0.004).perturbations
     assert breathing.magnitude == 0.004
 
 
@@ -211,7 +211,7 @@ def test_help_is_no_error(capsys, words):
 )
 def test_the_library_refuses_the_same(wrong, said):
     with pytest.raises(ValueError, match=said):
-        EpisodeConfig(**WITNESS | wrong)
+        EpisodeConfig(**ORACLE | wrong)
 
 
 @pytest.mark.parametrize(

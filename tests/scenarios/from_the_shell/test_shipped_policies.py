@@ -10,7 +10,7 @@ from safetensors.torch import load_file, save_file
 from controller.diffusion import policy as of_controller
 from controller.perception import checkpoint as of_perception
 from planner.learned import network as of_planner
-from scenarios.catalogue import WITNESS
+from scenarios.catalogue import ORACLE
 from scenarios.cli import main
 from scenarios.commands.policy_options import say_who_acts
 from scenarios.loop.episode_config import EpisodeConfig
@@ -57,8 +57,8 @@ def test_without_a_choice_nobody_is_privileged(capsys):
     assert "sense: tracked: " in said
 
 
-def test_the_witness_says_that_it_is_privileged(capsys):
-    say_who_acts(**WITNESS)
+def test_the_oracle_says_that_it_is_privileged(capsys):
+    say_who_acts(**ORACLE)
     said = capsys.readouterr().err
     assert "planner: scripted (privileged" in said
     assert "controller: expert (privileged" in said

@@ -10,7 +10,7 @@ from controller.action import hold
 from controller.kept_place import STAYS_S
 from planner.correction import DIRECTION_ENDOSCOPE, correction_from_text
 from planner.instruction import TASKS, Instruction
-from scenarios.catalogue import WITNESS
+from scenarios.catalogue import ORACLE
 from scenarios.loop.episode_config import EpisodeConfig
 from scenarios.loop.person.guided_arm import GuidedArm
 from scenarios.run_episode import begin
@@ -45,7 +45,7 @@ class ControllerDrifts:
 
 def episode_of(instruction=None, controller=None):
     return begin(
-        EpisodeConfig(**WITNESS, scenario="textbook", seed=SEED),
+        EpisodeConfig(**ORACLE, scenario="textbook", seed=SEED),
         planner=Saying(instruction or Instruction(task=TASKS[1])),
         controller=controller or ControllerDrifts(),
     )
@@ -152,7 +152,7 @@ def test_a_word_ends_the_stay():
 
 def test_a_tasks_time_does_not_run_in_a_hold_and_an_endless_hold_ends():
     episode = begin(
-        EpisodeConfig(**WITNESS, scenario="textbook", seed=SEED, task_cap_s=3.0),
+        EpisodeConfig(**ORACLE, scenario="textbook", seed=SEED, task_cap_s=3.0),
         planner=Saying(Instruction(task=TASKS[1])),
         controller=ControllerDrifts(),
     )

@@ -36,9 +36,9 @@ def going(by_m):
 @pytest.mark.parametrize("safety_filter", [True, False])
 def test_without_the_filter_a_fast_motion_passes_as_it_is(world, safety_filter):
     driver, plain = guarded(world, safety_filter=safety_filter), Driver(rig_in(world), world.target)
-    seen = world.observe()
+    observation = world.observe()
     for _ in range(5):
-        commanded, asked = driver.command(going(0.01), GRAB, seen), plain.drive(going(0.01))
+        commanded, asked = driver.command(going(0.01), GRAB, observation), plain.drive(going(0.01))
     np.testing.assert_array_equal(driver.joints, commanded.joints)
     assert np.array_equal(commanded.joints, asked.joints) != safety_filter
     assert bool(driver.news()) == safety_filter

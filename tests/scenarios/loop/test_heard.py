@@ -8,7 +8,7 @@ import pytest
 from planner.command import COMMANDS
 from planner.instruction import CORRECTIONS, TASKS, Instruction
 from planner.person.orders import DEFAULT_M
-from scenarios.catalogue import WITNESS
+from scenarios.catalogue import ORACLE
 from scenarios.loop.episode_config import EpisodeConfig
 from scenarios.loop.person.inbox import Inbox
 from scenarios.loop.person.script import Timed
@@ -29,7 +29,7 @@ def steps_of(*said, n=180, **config):
     inbox = Inbox()
     inbox.arrange([Timed(time_s=time_s, text=text) for time_s, text in said])
     episode = begin(
-        EpisodeConfig(**WITNESS | {"scenario": "textbook", "seed": SEED} | config), inbox=inbox
+        EpisodeConfig(**ORACLE | {"scenario": "textbook", "seed": SEED} | config), inbox=inbox
     )
     return list(islice(episode.steps(), n)), episode
 
@@ -74,7 +74,7 @@ def test_a_correction_at_the_slowest_speed_goes_its_distance_too():
 @pytest.mark.parametrize("text", ["the weather is nice", "", "\x00\x07", "cut left tube"])
 def test_a_text_not_understood_or_not_due_moves_nothing_and_is_answered(unspoken, text):
     inbox = Inbox()
-    episode = begin(EpisodeConfig(**WITNESS, scenario="textbook", seed=SEED), inbox=inbox)
+    episode = begin(EpisodeConfig(**ORACLE, scenario="textbook", seed=SEED), inbox=inbox)
     running = episode.steps()
     steps = list(islice(running, 40))
     inbox.say(text)
@@ -100,7 +100,7 @@ def test_a_stop_or_a_warning_changes_no_joint_command_from_then_on(word):
 
 
 def test_a_stop_does_not_drop_the_gallbladder():
-    episode = begin(EpisodeConfig(**WITNESS, scenario="textbook", seed=SEED))
+    episode = begin(EpisodeConfig(**ORACLE, scenario="textbook", seed=SEED))
     running = episode.steps()
     last = next(step for step in running if gallbladder_grasped(episode.world))
     jaw_rad = last.command.joints[LEFT_ARM, 6]
@@ -113,7 +113,7 @@ def test_a_stop_does_not_drop_the_gallbladder():
 
 def test_a_stop_breaks_an_exchange_off_and_it_is_done_later():
     planner = Saying(Instruction(task=TASKS[7]))
-    episode = begin(EpisodeConfig(**WITNESS, scenario="textbook", seed=SEED), planner=planner)
+    episode = begin(EpisodeConfig(**ORACLE, scenario="textbook", seed=SEED), planner=planner)
     running = episode.steps()
     exchanging = list(islice(running, 10))
     assert all(step.exchange for step in exchanging)
@@ -138,14 +138,14 @@ def test_of_two_texts_within_a_second_the_later_is_obeyed_and_both_are_logged():
 def test_the_same_correction_given_twice_counts_twice_and_a_planner_repeating_its_own_once():
     assert steps_of((0.5, HIGHER), (1.0, HIGHER), n=60)[1].tasks.results[1].corrections == 2
     said = Instruction(task=TASKS[0], correction=CORRECTIONS[0])
-    episode = begin(EpisodeConfig(**WITNESS, scenario="textbook", seed=SEED), planner=Saying(said))
+    episode = begin(EpisodeConfig(**ORACLE, scenario="textbook", seed=SEED), planner=Saying(said))
     list(islice(episode.steps(), 100))
     assert episode.tasks.results[1].corrections == 1
 
 
 def test_the_planners_task_may_be_done_under_another_instruction():
     planner = Saying(Instruction(task=TASKS[2]))  # "going back": the arm is back already
-    episode = begin(EpisodeConfig(**WITNESS, scenario="textbook", seed=SEED), planner=planner)
+    episode = begin(EpisodeConfig(**ORACLE, scenario="textbook", seed=SEED), planner=planner)
     episode.inbox.press(COMMANDS[TASKS[0].text])
     list(islice(episode.steps(), 10))
     assert {k: task.success for k, task in episode.tasks.results.items()} == {1: False, 3: True}

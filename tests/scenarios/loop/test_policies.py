@@ -5,7 +5,7 @@ import pytest
 from controller.action import hold
 from planner.instruction import TASKS, Instruction
 from planner.policy_setup import PolicySetup, is_privileged, privileged
-from scenarios.catalogue import CONTROLLERS, PLANNERS, WITNESS
+from scenarios.catalogue import CONTROLLERS, ORACLE, PLANNERS
 from scenarios.cli import main
 from scenarios.loop.episode_config import EpisodeConfig
 from scenarios.loop.policies import make_controller, make_planner, reads_hidden_state
@@ -72,9 +72,9 @@ def test_only_a_factory_that_declares_itself_privileged_gets_the_world(world):
     assert is_privileged(controller)
 
 
-def test_among_calots_policies_only_the_witness_reads_the_hidden_state():
+def test_among_calots_policies_only_the_oracle_reads_the_hidden_state():
     own = {name for name in PLANNERS | CONTROLLERS if reads_hidden_state(name)}
-    assert own == {WITNESS["planner"], WITNESS["controller"]}
+    assert own == {ORACLE["planner"], ORACLE["controller"]}
 
 
 @pytest.mark.parametrize(
@@ -98,8 +98,8 @@ def test_objects_take_the_place_of_names_and_the_result_names_them():
     assert (result.sense, result.privileged) == ("tracked", ())
 
 
-def test_the_witness_is_named_privileged_in_the_result():
-    result = run_episode(EpisodeConfig(**WITNESS, scenario="textbook", seed=SEED, task_cap_s=0.2))
+def test_the_oracle_is_named_privileged_in_the_result():
+    result = run_episode(EpisodeConfig(**ORACLE, scenario="textbook", seed=SEED, task_cap_s=0.2))
     assert result.privileged == ("planner", "controller")
 
 

@@ -5,7 +5,7 @@ from itertools import islice
 
 from rich.console import Console
 
-from scenarios.catalogue import WITNESS
+from scenarios.catalogue import ORACLE
 from scenarios.loop.episode_config import EpisodeConfig
 from scenarios.loop.observer import ProgressDisplay
 from scenarios.loop.person.inbox import Inbox
@@ -18,7 +18,7 @@ HIGHER = "move right arm higher"
 def test_a_reply_and_later_what_came_of_the_order_are_shown_with_their_times():
     inbox = Inbox()
     inbox.arrange([Timed(time_s=0.5, text=HIGHER)])
-    episode = begin(EpisodeConfig(**WITNESS, scenario="textbook", seed=10_004), inbox=inbox)
+    episode = begin(EpisodeConfig(**ORACLE, scenario="textbook", seed=10_004), inbox=inbox)
     shown = StringIO()
     with ProgressDisplay(1, Console(file=shown, width=200)) as display:
         display.on_reset(episode.world)

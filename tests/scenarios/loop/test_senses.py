@@ -6,7 +6,7 @@ from itertools import islice
 import numpy as np
 import pytest
 
-from scenarios.catalogue import WITNESS, sense_named
+from scenarios.catalogue import ORACLE, sense_named
 from scenarios.loop.episode_config import EpisodeConfig
 from scenarios.recording.attempt import attempt_episode
 from scenarios.recording.first_difference import first_difference
@@ -19,7 +19,7 @@ from tissue_sim.sensing.sensor_model import SenseSetup
 OFFSET_M = 0.002
 HIGHER, RENDERED = f"{__name__}:Higher", f"{__name__}:make_rendered"
 CONFIG = EpisodeConfig(
-    **WITNESS | {"sense": HIGHER, "controller": "idle"}, scenario="textbook", seed=10_004
+    **ORACLE | {"sense": HIGHER, "controller": "idle"}, scenario="textbook", seed=10_004
 )
 
 

@@ -10,7 +10,7 @@ import pytest
 from controller.expert.targets import belongs_here, clip_pose
 from planner.instruction import TASKS
 from planner.procedure.outcomes import structure_of
-from scenarios.catalogue import WITNESS
+from scenarios.catalogue import ORACLE
 from scenarios.loop.episode_config import EpisodeConfig
 from scenarios.loop.person.inbox import Inbox
 from scenarios.loop.person.surgeon import CONTENT_M, SHOWN_M, WORDS
@@ -51,7 +51,7 @@ def corrected():
 
 
 def test_it_says_nothing_where_jaws_close_rightly():
-    steps, world = until_first_clip(**WITNESS, scenario="textbook", seed=10_004, person="surgeon")
+    steps, world = until_first_clip(**ORACLE, scenario="textbook", seed=10_004, person="surgeon")
     assert world.record.clips
     assert steps[-1].instruction.task == CLIP
     assert not words(steps)

@@ -5,7 +5,7 @@ from itertools import islice
 import numpy as np
 import pytest
 
-from scenarios.catalogue import WITNESS
+from scenarios.catalogue import ORACLE
 from scenarios.loop.episode_config import EpisodeConfig
 from scenarios.loop.person.inbox import Inbox
 from scenarios.perturbation.manual import MANUAL, NUDGE_S
@@ -17,7 +17,7 @@ STEP_S = 1 / 30
 def disturbed(name, n=70):
     """Return the steps of an episode disturbed before step 11, the world, its state before that."""
     inbox = Inbox()
-    episode = begin(EpisodeConfig(**WITNESS, scenario="textbook", seed=10_006), inbox=inbox)
+    episode = begin(EpisodeConfig(**ORACLE, scenario="textbook", seed=10_006), inbox=inbox)
     running = episode.steps()
     steps = list(islice(running, 10))
     before = episode.world.T_world_endoscope.copy(), episode.world.record.clip_loaded

@@ -7,7 +7,7 @@ from math import nan
 import numpy as np
 import pytest
 
-from scenarios.catalogue import WITNESS
+from scenarios.catalogue import ORACLE
 from scenarios.loop.episode_config import EpisodeConfig
 from scenarios.perturbation.perturbation import AtTime
 from scenarios.perturbation.perturbations import PERTURBATIONS
@@ -34,7 +34,7 @@ def test_magnitudes_beyond_the_range_are_refused_with_value_and_range(p):
 
 def test_a_scenario_without_a_perturbation_takes_no_magnitude():
     with pytest.raises(ValueError, match="'nominal' takes no magnitude"):
-        EpisodeConfig(**WITNESS, magnitude=0.0)
+        EpisodeConfig(**ORACLE, magnitude=0.0)
 
 
 def test_all_of_them_at_zero_are_the_nominal_episode_bit_for_bit(monkeypatch):

@@ -6,7 +6,7 @@ from itertools import islice
 import numpy as np
 import pytest
 
-from scenarios.catalogue import WITNESS
+from scenarios.catalogue import ORACLE
 from scenarios.loop.episode_config import EpisodeConfig
 from scenarios.perturbation.effects import Effects
 from scenarios.perturbation.perturbations import SENSING
@@ -33,7 +33,7 @@ def test_an_error_smaller_than_the_usual_one_changes_nothing():
 
 
 def errors_m(**changes) -> np.ndarray:
-    config = EpisodeConfig(**WITNESS | {"seed": SEED, "scenario": "textbook"} | changes)
+    config = EpisodeConfig(**ORACLE | {"seed": SEED, "scenario": "textbook"} | changes)
     steps = list(islice(begin(config).steps(), 12))
     return np.stack([s.observation.points_m() - s.exact.points_m() for s in steps])
 
@@ -48,4 +48,4 @@ def test_an_episode_is_sensed_with_the_larger_error():
 @pytest.mark.parametrize("name", NAMES)
 def test_a_sense_without_errors_is_refused(name):
     with pytest.raises(ValueError, match="needs the sense 'tracked'"):
-        EpisodeConfig(**WITNESS, scenario=name)
+        EpisodeConfig(**ORACLE, scenario=name)

@@ -8,7 +8,7 @@ import pytest
 
 from controller.safety.ledger import Entry
 from planner.instruction import CORRECTIONS, TASKS, Instruction
-from scenarios.catalogue import WITNESS
+from scenarios.catalogue import ORACLE
 from scenarios.files.strict_json import plain
 from scenarios.loop.episode_config import EpisodeConfig
 from scenarios.loop.person.inbox import Heard, Inbox
@@ -22,9 +22,9 @@ from tests.worlds import textbook_world
 from tissue_sim.surgery.injury import Injury
 
 WORLD = textbook_world(10_003)
-CONFIG = EpisodeConfig(**WITNESS, scenario="textbook", seed=20_007)
+CONFIG = EpisodeConfig(**ORACLE, scenario="textbook", seed=20_007)
 DONE = TaskResult(index=1, instruction="grab", success=True, time_s=0.0, corrections=0)
-RESULT = EpisodeResult(**WITNESS, scenario="textbook", seed=20_007, success=True, tasks=(DONE,))
+RESULT = EpisodeResult(**ORACLE, scenario="textbook", seed=20_007, success=True, tasks=(DONE,))
 
 
 def record(path, steps, result=None):

@@ -6,7 +6,7 @@ from itertools import islice
 
 import pytest
 
-from scenarios.catalogue import WITNESS
+from scenarios.catalogue import ORACLE
 from scenarios.cli import main
 from scenarios.commands.replay import VIEW_EVERY
 from scenarios.loop.episode_config import EpisodeConfig
@@ -19,7 +19,7 @@ from tests.scenarios.recording.tampering import tampered
 
 @pytest.fixture(scope="module")
 def recording(tmp_path_factory):
-    config = EpisodeConfig(**WITNESS, scenario="textbook", seed=10_008)
+    config = EpisodeConfig(**ORACLE, scenario="textbook", seed=10_008)
     episode, path = begin(config), tmp_path_factory.mktemp("replay") / "10008.npz"
     with Recorder(config=config, path=path) as recorder:
         recorder.on_reset(episode.world)

@@ -7,7 +7,7 @@ from itertools import islice
 import numpy as np
 import pytest
 
-from scenarios.catalogue import WITNESS
+from scenarios.catalogue import ORACLE
 from scenarios.loop.episode_config import EpisodeConfig
 from scenarios.recording.recorder import load
 from scenarios.recording.rerun_commands import CommandRerun
@@ -22,7 +22,7 @@ UNDISTURBED = pytest.param("textbook", marks=pytest.mark.slow)
 @pytest.fixture(scope="module", params=[UNDISTURBED, "breathing", "wrong-tube"])
 def recorded(request, tmp_path_factory):
     path = tmp_path_factory.mktemp("recorded") / "episode.npz"
-    return *record(path, EpisodeConfig(**WITNESS, seed=SEED, scenario=request.param)), path
+    return *record(path, EpisodeConfig(**ORACLE, seed=SEED, scenario=request.param)), path
 
 
 def test_arms_and_tissue_are_the_same_bit_for_bit(recorded):

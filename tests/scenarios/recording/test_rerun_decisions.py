@@ -10,7 +10,7 @@ import pytest
 
 from controller.diffusion.policy import CHECKPOINTS, Policy
 from controller.diffusion.training import PRESETS
-from scenarios.catalogue import CONTROLLERS, PEOPLE, WITNESS, PolicyEntry
+from scenarios.catalogue import CONTROLLERS, ORACLE, PEOPLE, PolicyEntry
 from scenarios.loop.episode_config import EpisodeConfig
 from scenarios.recording.attempt import attempt_episode
 from scenarios.recording.first_difference import FirstDifference, first_difference
@@ -44,7 +44,7 @@ def test_a_whole_procedure_comes_out_the_same(procedure, tmp_path):
 @pytest.fixture(scope="module")
 def interfered(tmp_path_factory):
     path = tmp_path_factory.mktemp("interfered") / "live.npz"
-    return record(path, EpisodeConfig(**WITNESS, seed=SEED, scenario="breathing"))[0]
+    return record(path, EpisodeConfig(**ORACLE, seed=SEED, scenario="breathing"))[0]
 
 
 def test_all_that_people_did_is_repeated(interfered, tmp_path):

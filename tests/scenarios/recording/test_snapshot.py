@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from planner.command import COMMANDS
-from scenarios.catalogue import WITNESS
+from scenarios.catalogue import ORACLE
 from scenarios.demonstration.noise import NOISE
 from scenarios.loop.episode_config import EpisodeConfig
 from scenarios.perturbation.effects import Effects
@@ -33,7 +33,7 @@ def assert_same(one, other):
 @pytest.mark.parametrize("at_s", [1.3, 5.15, 9.0])  # within a chunk; tissue held; at the tubes
 def test_it_continues_the_same_any_number_of_times(at_s):
     episode = begin(
-        EpisodeConfig(**WITNESS, scenario="textbook", seed=SEED), effects=Effects((NOISE,), SEED)
+        EpisodeConfig(**ORACLE, scenario="textbook", seed=SEED), effects=Effects((NOISE,), SEED)
     )
     running = episode.steps()
     next(step for step in running if step.time_s >= at_s and not step.exchange)
@@ -45,7 +45,7 @@ def test_it_continues_the_same_any_number_of_times(at_s):
 
 
 def test_an_instruction_in_one_copy_is_not_heard_in_the_other():
-    episode = begin(EpisodeConfig(**WITNESS, scenario="textbook", seed=SEED))
+    episode = begin(EpisodeConfig(**ORACLE, scenario="textbook", seed=SEED))
     running = episode.steps()
     next(step for step in running if step.time_s >= 1.0)
     moment = Snapshot(episode)

@@ -4,7 +4,7 @@ import time
 from contextlib import contextmanager, suppress
 from threading import Thread
 
-from scenarios.catalogue import WITNESS
+from scenarios.catalogue import ORACLE
 from scenarios.loop.episode_config import EpisodeConfig
 from scenarios.viewer.pace import Pace
 from scenarios.viewer.session import watch_episodes
@@ -32,7 +32,7 @@ def running_session(out, *, paused=True, speed=1.0, **config):
     """Yield a session whose loop runs until the block is left."""
     pace = Pace(paused=paused, speed=speed)
     session = SessionState(
-        config=EpisodeConfig(**WITNESS | {"scenario": "textbook", "seed": SEED} | config),
+        config=EpisodeConfig(**ORACLE | {"scenario": "textbook", "seed": SEED} | config),
         out=out,
         pace=pace,
         watcher=_Rest(pace),

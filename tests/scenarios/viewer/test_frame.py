@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from controller.action import ToolAction, hold
-from scenarios.catalogue import WITNESS
+from scenarios.catalogue import ORACLE
 from scenarios.loop.episode_config import EpisodeConfig
 from scenarios.run_episode import begin
 from scenarios.viewer.frame import frame_of, patient_of
@@ -16,7 +16,7 @@ from tissue_sim.tools.instruments import PATCH_LINKS
 
 @pytest.fixture(scope="module")
 def episode():
-    episode = begin(EpisodeConfig(**WITNESS, scenario="textbook", seed=10_003))
+    episode = begin(EpisodeConfig(**ORACLE, scenario="textbook", seed=10_003))
     for _ in islice(episode.steps(), 30):
         pass
     return episode

@@ -8,7 +8,7 @@ import pytest
 
 from controller.dataset.part import read_part
 from planner.command import COMMANDS
-from scenarios.catalogue import WITNESS
+from scenarios.catalogue import ORACLE
 from scenarios.demonstration.interventions import Interventions
 from scenarios.loop.episode_config import EpisodeConfig
 from scenarios.loop.person.guided_arm import GuidedArm
@@ -20,7 +20,7 @@ from tissue_sim.tools.arms import RIGHT_ARM
 
 def test_who_leads_an_arm_in_a_hold_only_has_not_intervened_yet(tmp_path):
     inbox = Inbox()
-    config = EpisodeConfig(**WITNESS, scenario="textbook", seed=9_002)
+    config = EpisodeConfig(**ORACLE, scenario="textbook", seed=9_002)
     episode = begin(config, inbox=inbox)
     seen = InterventionsOnRequest(tmp_path, config)
     seen.on_reset(episode.world)
@@ -41,7 +41,7 @@ def test_who_leads_an_arm_in_a_hold_only_has_not_intervened_yet(tmp_path):
 def test_only_the_expert_and_a_guided_arm_are_marked_for_imitation(tmp_path, expert):
     """Check 60 steps: the arms hold from step 20 to 30, a person guides one from step 40 on."""
     inbox = Inbox()
-    config = EpisodeConfig(**WITNESS, scenario="textbook", seed=9_002)
+    config = EpisodeConfig(**ORACLE, scenario="textbook", seed=9_002)
     episode = begin(config, inbox=inbox)
     seen = InterventionsOnRequest(
         tmp_path, config if expert else replace(config, controller="idle")
@@ -69,7 +69,7 @@ def test_only_the_expert_and_a_guided_arm_are_marked_for_imitation(tmp_path, exp
 @pytest.mark.parametrize("seed", [10_000, 20_000])
 @pytest.mark.parametrize("kind", [Interventions, InterventionsOnRequest])
 def test_a_patient_who_tests_what_was_learned_is_never_training_data(tmp_path, seed, kind):
-    config = EpisodeConfig(**WITNESS, scenario="textbook", seed=seed)
+    config = EpisodeConfig(**ORACLE, scenario="textbook", seed=seed)
     inbox = Inbox()
     episode = begin(config, inbox=inbox)
     seen = kind(tmp_path, config)

@@ -6,7 +6,7 @@ from dataclasses import replace
 import pytest
 import viser
 
-from scenarios.catalogue import SCENARIOS, SENSES, WITNESS
+from scenarios.catalogue import ORACLE, SCENARIOS, SENSES
 from scenarios.commands.browser import new_session
 from scenarios.loop.episode_config import EpisodeConfig
 from scenarios.viewer.panels.episode import NewPatientPanel
@@ -25,7 +25,7 @@ def gui():
 
 @pytest.mark.parametrize("sense", SENSES)
 def test_all_and_only_scenarios_that_the_session_can_run_are_offered(gui, tmp_path, sense):
-    config = EpisodeConfig(**WITNESS | {"sense": sense})
+    config = EpisodeConfig(**ORACLE | {"sense": sense})
     session = new_session(config, tmp_path, paused=True, restarts=True, camera=False)
     offered = NewPatientPanel(gui, at(session))._scenario.options
     assert offered == tuple(name for name in SCENARIOS if can_begin(config, name))
@@ -41,7 +41,7 @@ def can_begin(config, scenario):
 
 @pytest.mark.parametrize("typed", [1e30, 2.0**53, -1.0, 1.5, math.nan, math.inf])
 def test_another_seed_than_the_one_that_was_typed_is_never_run(gui, tmp_path, typed):
-    config = EpisodeConfig(**WITNESS)
+    config = EpisodeConfig(**ORACLE)
     session = new_session(config, tmp_path, paused=False, restarts=True, camera=False)
     panel = NewPatientPanel(gui, at(session))
     panel._seed.value = typed

@@ -7,13 +7,13 @@ from threading import Thread
 
 import pytest
 
-from scenarios.catalogue import WITNESS
+from scenarios.catalogue import ORACLE
 from scenarios.loop.episode_config import EpisodeConfig
 from scenarios.viewer.pace import Pace, Restart
 from tests.scenarios.viewer.sessions import wait_until
 from tissue_sim.constants import CONTROL_PERIOD_S
 
-CONFIG = EpisodeConfig(**WITNESS, scenario="textbook", seed=10_001)
+CONFIG = EpisodeConfig(**ORACLE, scenario="textbook", seed=10_001)
 
 
 def nothing():

@@ -12,7 +12,7 @@ from pathlib import Path
 
 import pytest
 
-from scenarios.catalogue import WITNESS
+from scenarios.catalogue import ORACLE
 from scenarios.loop.episode_config import EpisodeConfig
 from scenarios.loop.results import EpisodeResult
 from scenarios.recording.attempt import attempt_episode, broken_off
@@ -20,7 +20,7 @@ from scenarios.recording.first_difference import first_difference
 from scenarios.recording.recorder import load
 from scenarios.workers.pool import run_side_by_side
 
-CONFIGS = [EpisodeConfig(**WITNESS, scenario="textbook", seed=seed) for seed in range(5)]
+CONFIGS = [EpisodeConfig(**ORACLE, scenario="textbook", seed=seed) for seed in range(5)]
 PATIENCE_S = 120.0
 
 

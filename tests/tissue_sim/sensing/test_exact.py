@@ -48,8 +48,10 @@ def in_world(world: World, points_endoscope: Array) -> Array:
 
 def tube_points(world: World, side: str) -> Array:
     """Return the points (8, 3) of the tube that is seen on this side, in the world frame."""
-    seen = world.observe()
-    return in_world(world, {"left": seen.left_tube_m, "right": seen.right_tube_m}[side])
+    observation = world.observe()
+    return in_world(
+        world, {"left": observation.left_tube_m, "right": observation.right_tube_m}[side]
+    )
 
 
 # --- tubes and sac ---
@@ -104,9 +106,11 @@ def test_points_of_the_sac_go_up_the_axis_of_the_infundibulum(world: World) -> N
 
 
 def test_left_and_right_are_as_the_endoscope_sees_them(world: World) -> None:
-    seen = world.observe()
-    assert seen.left_tube_m[:, 0].mean() > seen.right_tube_m[:, 0].mean()  # +x is to the left
-    assert seen.tips_endoscope[LEFT_ARM, 0, 3] > seen.tips_endoscope[RIGHT_ARM, 0, 3]
+    observation = world.observe()
+    assert (
+        observation.left_tube_m[:, 0].mean() > observation.right_tube_m[:, 0].mean()
+    )  # +x is to the left
+    assert observation.tips_endoscope[LEFT_ARM, 0, 3] > observation.tips_endoscope[RIGHT_ARM, 0, 3]
 
 
 # --- cuts and clips ---
@@ -139,12 +143,12 @@ def test_clips_are_seen_on_their_tubes_in_order_of_closing(world: World) -> None
     placed = [("duct", 0.6), ("artery", 0.5), ("duct", 0.2)]
     for tube, share in placed:
         clip(world, tube, share)
-    seen = world.observe()
-    assert seen.n_clips == len(placed)
-    for place, (tube, share) in zip(in_world(world, seen.clips_m), placed, strict=False):
+    observation = world.observe()
+    assert observation.n_clips == len(placed)
+    for place, (tube, share) in zip(in_world(world, observation.clips_m), placed, strict=False):
         at, _ = world.tubes.point(tube, share * world.tubes.length_m[tube])
         assert np.linalg.norm(place - at) < 0.5 * CLIP_WIDTH_M
-    assert not seen.clips_m[len(placed) :].any()
+    assert not observation.clips_m[len(placed) :].any()
 
 
 def test_of_more_clips_than_there_is_room_for_the_last_are_seen(world: World) -> None:
@@ -154,12 +158,12 @@ def test_of_more_clips_than_there_is_room_for_the_last_are_seen(world: World) ->
         joints[RIGHT_ARM, 2] += 0.001 * k
         world.arms.set_joints(joints)
         world.drop_clip()
-    seen = world.observe()
-    assert seen.n_clips == MAX_CLIPS + 2
-    depth_m = in_world(world, seen.clips_m) @ AWAY
+    observation = world.observe()
+    assert observation.n_clips == MAX_CLIPS + 2
+    depth_m = in_world(world, observation.clips_m) @ AWAY
     assert (np.diff(depth_m) > 0).all()
     middle = world.arms.T_world_tool()[RIGHT_ARM] @ [0.0, 0.0, -0.5 * CLIP_LENGTH_M, 1.0]
-    np.testing.assert_allclose(in_world(world, seen.clips_m)[-1], middle[:3], atol=FLOAT32_M)
+    np.testing.assert_allclose(in_world(world, observation.clips_m)[-1], middle[:3], atol=FLOAT32_M)
 
 
 # --- shafts ---
@@ -185,14 +189,14 @@ def press(world: World, arm: int, direction: Array) -> Observation:
     tool, joints = world.arms.mounted[arm], world.arms.joints
     joints[:, 6] = 0.0
     T_rcm_world = inverse_pose(world.arms.T_world_rcm[arm])
-    seen = world.observe()
+    observation = world.observe()
     for k, off_m in enumerate(np.linspace(0.012, 0.003, 12)):
         T[:3, 3] = target - off_m * direction
         joints[arm, :6] = inverse_kinematics(T_rcm_world @ T, tool, joints[arm, :6])
         if k == 0:
             world.arms.set_joints(joints)
-        seen = world.step(JointCommand(joints=joints))
-    return seen
+        observation = world.step(JointCommand(joints=joints))
+    return observation
 
 
 @pytest.mark.parametrize("arm", [LEFT_ARM, RIGHT_ARM], ids=SIDES)
@@ -211,12 +215,12 @@ def test_tissue_pushes_back_on_the_tool_that_is_pushed_into_it(
 def test_tool_and_tissue_push_each_other_equally(world: World) -> None:
     """Check Newton's third law: forces on tools and on tissue have opposite sums."""
     run(world, 0, 20)
-    seen = world.observe()
+    observation = world.observe()
     touched = world.tissue.host("contact_shape")[0] >= 0
     on_tissue_n = world.tissue.host("contact_force")[0, touched].astype(float)
-    assert np.linalg.norm(seen.forces_n) > 0.01
+    assert np.linalg.norm(observation.forces_n) > 0.01
     np.testing.assert_allclose(
-        seen.forces_n.sum(axis=0) @ world.T_world_endoscope[:3, :3].T,
+        observation.forces_n.sum(axis=0) @ world.T_world_endoscope[:3, :3].T,
         -on_tissue_n.sum(axis=0),
         atol=50 * EPS * np.abs(on_tissue_n).sum(),
     )
@@ -262,17 +266,17 @@ def test_time_passes_by_control_steps_and_joints_come_to_what_is_commanded(world
 
 def test_tips_are_where_the_joints_put_them(world: World) -> None:
     run(world, 0, 10)
-    seen = world.observe()
+    observation = world.observe()
     for arm, tool in enumerate(world.arms.mounted):
-        T = world.arms.T_world_rcm[arm] @ forward_kinematics(seen.joints[arm, :6], tool)
+        T = world.arms.T_world_rcm[arm] @ forward_kinematics(observation.joints[arm, :6], tool)
         np.testing.assert_allclose(
-            world.T_world_endoscope @ seen.tips_endoscope[arm], T, atol=100 * EPS
+            world.T_world_endoscope @ observation.tips_endoscope[arm], T, atol=100 * EPS
         )
 
 
 def test_tools_and_the_loaded_clip_are_those_of_the_world(world: World) -> None:
-    seen = world.observe()
-    assert (seen.tools, seen.clip_loaded) == (("grasper", "clip_applier"), True)
+    observation = world.observe()
+    assert (observation.tools, observation.clip_loaded) == (("grasper", "clip_applier"), True)
     world.drop_clip()
     assert not world.observe().clip_loaded
     world.equip("scissors")

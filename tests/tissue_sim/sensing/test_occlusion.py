@@ -63,8 +63,10 @@ def test_with_the_arms_at_home_both_tubes_are_seen(world: World):
 
 
 def test_a_point_outside_all_pictures_is_hidden(world: World):
-    seen = world.observe()
-    behind = replace(seen, left_tube_m=transform(np.eye(4), seen.left_tube_m) * [1.0, 1.0, -1.0])
+    observation = world.observe()
+    behind = replace(
+        observation, left_tube_m=transform(np.eye(4), observation.left_tube_m) * [1.0, 1.0, -1.0]
+    )
     assert Occlusion().hidden(world, behind)[:8].all()
 
 

@@ -105,10 +105,10 @@ def test_places_arrive_late():
     np.testing.assert_allclose(up_m, [0.0] * 7 + [0.002] * 4, atol=1e-7)
 
 
-def hidden(seen: Observation, which: slice) -> np.ndarray:
+def hidden(observation: Observation, which: slice) -> np.ndarray:
     flags = np.zeros(N_POINTS, bool)
     flags[which] = True
-    return replace(seen, hidden=flags).vector()
+    return replace(observation, hidden=flags).vector()
 
 
 def test_a_hidden_point_moves_with_its_nearest_seen_neighbour_ages_and_grows_uncertain():
