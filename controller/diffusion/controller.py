@@ -23,7 +23,7 @@ from planner.learning.networks import kept
 from planner.policy_setup import PolicySetup
 from planner.rules.rule_use import RuleUse
 from tissue_sim.frames import Array
-from tissue_sim.sensing.observation import Observation, fields
+from tissue_sim.sensing.observation import Observation, part_of
 
 FADE = 4  # motions over which a new chunk takes over from the running one
 
@@ -77,7 +77,7 @@ class ControllerDiffusion:
         """Return the next motion, a chunk of one."""
         seen = self._body.at_rest(observation.vector())
         self._seen.append(seen)
-        self._dead_time.update(fields(seen)["tips_endoscope"][..., 3])
+        self._dead_time.update(part_of(seen, "tips_endoscope")[..., 3])
         text = self._config.heard(instruction.text)
         if text != self._text:
             self._drop()

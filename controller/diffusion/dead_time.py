@@ -50,8 +50,8 @@ class DeadTime:
 
     def ask(self, row: Array) -> None:
         """Take in the motion (20,) that is requested now."""
-        self._asked_m = np.roll(self._asked_m, 1, axis=0)
-        self._asked_m[0] = row.reshape(2, 10)[:, MOVE]
+        now_m = row.reshape(1, 2, 10)[..., MOVE]
+        self._asked_m = np.concatenate([now_m, self._asked_m[:-1]])
 
     def _judge(self) -> None:
         best = int(self._unexplained_m2.argmin())

@@ -11,7 +11,7 @@ from torch import Tensor, nn
 
 from controller.perception.checkpoint import PerceptionModel
 from controller.perception.network import Network
-from planner.learning.onnx_graph import OnnxGraph
+from planner.learning.onnx_graph import OnnxGraph, export
 from tissue_sim.frames import Array
 
 
@@ -35,9 +35,11 @@ class ViewReader:
         sizes = zip(model.config.views, model.config.sizes, strict=True)
         self._graphs = {
             name: OnnxGraph(
-                _Told(cast(Network, model.networks[name])).eval(),
-                {"pictures": torch.zeros(1, 3, height, width)},
-                Shown._fields,
+                export(
+                    _Told(cast(Network, model.networks[name])).eval(),
+                    {"pictures": torch.zeros(1, 3, height, width)},
+                    Shown._fields,
+                )
             )
             for name, (width, height) in sizes
         }

@@ -115,7 +115,7 @@ def trunk_line(points: Array, branch: Array, radius_m: float) -> Array:
         return np.repeat(under[None], len(_EVENLY), axis=0)
     whole = np.concatenate([kept, under[None]])
     whole = whole[np.argsort((whole - points[0]) @ (points[3] - points[0]))]
-    chords = np.linalg.norm(np.diff(whole, axis=0), axis=1)
+    chords = np.linalg.norm(whole[1:] - whole[:-1], axis=1)
     at = np.concatenate([[0.0], np.cumsum(chords)])
     return spline(at / at[-1], whole, _EVENLY)
 
@@ -133,10 +133,11 @@ def spline(at: Array, points: Array, wanted: Array) -> Array:
 
 def _powers(t: Array, at: Array, n: int) -> Array:
     """Return the powers (len(t), n) of t, the fifth from the middle knot on."""
-    powers = [np.ones(len(t)), t, t * t, t * t * t]
+    powers = np.empty((n, len(t)))
+    powers[0], powers[1:2], powers[2:3], powers[3:4] = 1.0, t, t * t, t * t * t
     if n == TRUNK_POINTS + 1:
-        powers.append(np.maximum(t - at[2], 0.0) ** 3)
-    return np.stack(powers[:n], axis=1)
+        powers[4] = np.maximum(t - at[2], 0.0) ** 3
+    return np.ascontiguousarray(powers.T)
 
 
 def _capsules(line: LineSeen) -> tuple[Array, Array, Array]:

@@ -52,6 +52,8 @@ class Standing:
 
     def forbidden_in(self, task: Task, observation: Observation) -> Prohibition | None:
         """Return the act of a task if it is forbidden."""
+        if not self.forbidden:
+            return None
         act = act_of(task, observation)
         return act if act is not None and self.forbids(act) else None
 

@@ -26,7 +26,7 @@ def duct_side(observation: Observation) -> Tube:
 
 def from_neck_m(observation: Observation) -> Array:
     """Return vectors (2, 3) from the gallbladder's neck to the upper ends of both tubes."""
-    ends_m = np.stack([observation.left_tube_m[-1], observation.right_tube_m[-1]])
+    ends_m = np.array([observation.left_tube_m[-1], observation.right_tube_m[-1]])
     return ends_m - observation.sac_m[0]
 
 

@@ -17,6 +17,7 @@ from scenarios.commands.policy_benches import (
 )
 from scenarios.commands.world_benches import (
     Accuracy,
+    BenchStack,
     BenchWorld,
     Parallel,
     Population,
@@ -32,6 +33,7 @@ class Bench:
 
     part: OmitSubcommandPrefixes[
         Annotated[BenchWorld, subcommand("world")]
+        | Annotated[BenchStack, subcommand("stack")]
         | Annotated[Accuracy, subcommand("accuracy")]
         | Annotated[Robustness, subcommand("robustness")]
         | Annotated[Parallel, subcommand("parallel")]

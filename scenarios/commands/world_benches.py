@@ -1,4 +1,4 @@
-"""Benches of the world: its speed, its laws, its patients."""
+"""Benches of the world: its speed, alone and with the stack, its laws, its patients."""
 
 from dataclasses import dataclass
 from typing import Annotated
@@ -22,6 +22,22 @@ class BenchWorld:
         from scenarios.bench.world import bench_world
 
         return measure("world", lambda: bench_world(seed=self.seed, steps=self.steps))
+
+
+@dataclass(frozen=True, kw_only=True)
+class BenchStack:
+    """Time each stage of the learned stack on one core, and its start."""
+
+    seed: Annotated[int, at_least(0, MOST_SEED)] = 10_003
+    """Seed of the anatomy."""
+    steps: Annotated[int, at_least(1)] = 3000
+    """Control steps to measure; the procedure may end before."""
+
+    def execute(self) -> int:
+        """Measure and report; return 0."""
+        from scenarios.bench.stack import bench_stack
+
+        return measure("stack", lambda: bench_stack(seed=self.seed, steps=self.steps))
 
 
 @dataclass(frozen=True, kw_only=True)

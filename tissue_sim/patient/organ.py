@@ -6,7 +6,6 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.interpolate import PchipInterpolator
 
 from tissue_sim.frames import AWAY, RIGHT, UP, Array, field_point, unit
 from tissue_sim.patient.anatomy import Anatomy, Artery
@@ -161,6 +160,8 @@ def _sac_profile(anatomy: Anatomy) -> tuple[Array, Array]:
     is widest at 0.65 of the length. The axis turns into the bed's direction from 6 to 31 mm above
     the neck.
     """
+    from scipy.interpolate import PchipInterpolator
+
     length, width = anatomy.gallbladder_length_m, anatomy.gallbladder_width_m
     n_body = int(np.ceil((length - INFUNDIBULUM_M) / FUNDUS_SPACING_M))
     stations = np.concatenate(

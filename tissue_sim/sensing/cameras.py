@@ -7,6 +7,7 @@ the right instrument's tip, the endoscope's crop to the tubes.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cache
 
 import numpy as np
 
@@ -14,7 +15,7 @@ from tissue_sim.field import Field
 from tissue_sim.frames import Array, pose, unit
 from tissue_sim.sensing.glance import CAMERA_NAMES
 from tissue_sim.tools.arms import LEFT_ARM, RIGHT_ARM
-from tissue_sim.tools.instruments import PATCH_LINKS
+from tissue_sim.tools.instruments import PATCH_LINKS, Instrument
 
 BASELINE_M = 0.0045  # between the endoscope's eyes
 NEAR_PLANE_M, FAR_PLANE_M = 0.003, 0.6  # objects nearer or farther are not drawn
@@ -68,7 +69,7 @@ def T_world_camera(field: Field, name: str, aim_m: Array | None = None) -> Array
         return looking(field.T_world_endoscope @ pose(np.eye(3), np.array([-BASELINE_M, 0, 0])))
     arm = LEFT_ARM if name == "wrist_left" else RIGHT_ARM
     link = arm * len(PATCH_LINKS) + PATCH_LINKS.index("wrist")
-    return field.arms.contact_shapes().T_world_link[link] @ _T_wrist_camera(field, arm)
+    return field.arms.T_world_links()[link] @ _T_wrist_camera(field.arms.mounted[arm])
 
 
 def looking(T_world_eye: Array) -> Array:
@@ -84,9 +85,9 @@ def _turned(T_world_eye: Array, target: Array) -> Array:
     return pose(axes, T_world_eye[:3, 3])
 
 
-def _T_wrist_camera(field: Field, arm: int) -> Array:
+@cache
+def _T_wrist_camera(tool: Instrument) -> Array:
     """Return the camera's pose in the wrist's frame: x along the clevis, z along the pitch axis."""
-    tool = field.arms.mounted[arm]
     tip = np.array([tool.pitch_to_yaw_m + tool.yaw_to_tip_m, 0.0, 0.0])
     eye = np.array([-WRIST_BACK_M, 0.0, WRIST_ASIDE_M])
     ahead = unit(tip - eye)

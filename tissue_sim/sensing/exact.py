@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tissue_sim.field import Field
-from tissue_sim.frames import Array, inverse_pose, transform
+from tissue_sim.frames import Array, cross, inverse_pose, transform
 from tissue_sim.patient.at_risk import AT_RISK
 from tissue_sim.patient.mesher import ring_radii_m
 from tissue_sim.sensing.observation import (
@@ -75,7 +75,8 @@ def _shaft_offset_m(field: Field) -> Array:
     """Return (2,) the distances of the shafts' lines from the remote centres."""
     shafts = field.tissue.T_world_links()[:: len(PATCH_LINKS)].astype(float)
     from_rcm_m = shafts[:, :3, 3] - field.arms.T_world_rcm[:, :3, 3]
-    return np.linalg.norm(np.cross(from_rcm_m, shafts[:, :3, 2]), axis=1)
+    moments_m = [cross(*arm) for arm in zip(from_rcm_m, shafts[:, :3, 2], strict=True)]
+    return np.linalg.norm(moments_m, axis=1)
 
 
 def _centreline(field: Field, positions: NDArray[np.floating], tube: str, n_point: int) -> Array:

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 from dataclasses import fields as dataclass_fields
-from itertools import takewhile
+from itertools import accumulate, pairwise, starmap, takewhile
 from math import prod
 from typing import Any
 
@@ -34,6 +34,8 @@ POINTS = {
 }
 """Order and numbers of the points that `std_m`, `age_s` and `hidden` count."""
 
+_FIRSTS = pairwise(accumulate(POINTS.values(), initial=0))
+_LINES = dict(zip(POINTS, starmap(slice, _FIRSTS), strict=True))
 N_POINTS = sum(POINTS.values())
 N_LINE = N_POINTS - MAX_CLIPS  # points that belong to lines; the other points are clips
 
@@ -151,13 +153,12 @@ class Observation(Encoded):
         """Flatten the parts that `VECTOR_LAYOUT` names into (`VECTOR_SIZE`,)."""
         rest = {"tips_endoscope": self.tips_endoscope[:, :3], "scissors": self._right_tool}
         parts = (rest[name] if name in rest else getattr(self, name) for name in VECTOR_LAYOUT)
-        return np.concatenate([np.ravel(p) for p in parts]).astype(np.float32)
+        return np.concatenate(list(parts), axis=None, dtype=np.float32)
 
 
 def points_by_name(points: Array) -> dict[str, Any]:
     """Split points (`N_POINTS`, 3) by the names of `POINTS`."""
-    ends = np.cumsum(list(POINTS.values()))[:-1]
-    return dict(zip(POINTS, np.split(points, ends), strict=True))
+    return {name: points[line] for name, line in _LINES.items()}
 
 
 def tip_to_tubes_m(observation: Observation) -> float:
@@ -189,7 +190,9 @@ VECTOR_LAYOUT: dict[str, tuple[int, ...]] = {
 }
 """Order and shapes of the parts of `Observation.vector()`."""
 
-VECTOR_SIZE = sum(prod(shape) for shape in VECTOR_LAYOUT.values())
+_ENDS = list(accumulate(prod(shape) for shape in VECTOR_LAYOUT.values()))
+_PARTS = dict(zip(VECTOR_LAYOUT, starmap(slice, pairwise([0, *_ENDS])), strict=True))
+VECTOR_SIZE = _ENDS[-1]
 _BEFORE_POINTS = takewhile(lambda name: name not in POINTS, VECTOR_LAYOUT)
 POINTS_BEGIN = sum(prod(VECTOR_LAYOUT[name]) for name in _BEFORE_POINTS)
 POINTS_END = POINTS_BEGIN + 3 * N_POINTS
@@ -202,12 +205,12 @@ camera."""
 
 def fields(vectors: Any) -> dict[str, Any]:
     """Split vectors (..., `VECTOR_SIZE`), arrays or tensors, into views (..., *shape) by name."""
-    parts, at = {}, 0
-    for name, shape in VECTOR_LAYOUT.items():
-        size = prod(shape)
-        parts[name] = vectors[..., at : at + size].reshape(*vectors.shape[:-1], *shape)
-        at += size
-    return parts
+    return {name: part_of(vectors, name) for name in VECTOR_LAYOUT}
+
+
+def part_of(vectors: Any, name: str) -> Any:
+    """Return one part of vectors, as `fields` does."""
+    return vectors[..., _PARTS[name]].reshape(*vectors.shape[:-1], *VECTOR_LAYOUT[name])
 
 
 def encoded_and_tissue(vectors: NDArray[np.float32]) -> tuple[NDArray, NDArray]:
@@ -224,12 +227,15 @@ def _right_tool_of(number: float) -> str:
     return tools[min(max(round(number), 0), len(tools) - 1)]
 
 
-def observation_of(vector: NDArray[np.float32], time_s: float) -> Observation:
-    """Return the observation of an `Observation.vector()`; all other fields have their defaults."""
-    parts = {name: part.astype(float) for name, part in fields(vector).items()}
-    tips = np.tile(np.eye(4), (2, 1, 1))
-    tips[:, :3] = parts["tips_endoscope"]
-    others: dict[str, Any] = {
+def observation_of(vector: NDArray[np.float32], time_s: float, **others: Any) -> Observation:
+    """Return the observation of an `Observation.vector()`.
+
+    The fields that are no part of the vector are `others`, or have their defaults.
+    """
+    parts = fields(vector.astype(float))
+    tips = np.zeros((2, 4, 4))
+    tips[:, :3], tips[:, 3, 3] = parts["tips_endoscope"], 1.0
+    others |= {
         "time_s": time_s,
         "tips_endoscope": tips,
         "pinch_n": float(parts["pinch_n"][0]),

@@ -57,7 +57,7 @@ class Occlusion:
             depths_m(observation),
             self._tissue_mesh(field),
             links,
-            inverse_pose(field.arms.contact_shapes().T_world_link),
+            inverse_pose(field.arms.T_world_links()),
         )
 
     def _tissue_mesh(self, field: Field) -> RayMesh:

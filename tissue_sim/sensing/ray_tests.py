@@ -75,10 +75,11 @@ def _find_blocked(
     if wp.mesh_query_ray(tissue, eyes[e], ahead, distance - depth[p]).result:
         hit = 1
     for k in range(links.shape[0]):
-        eye = wp.transform_point(T_link_world[k], eyes[e])
-        along = wp.transform_vector(T_link_world[k], ahead)
-        if wp.mesh_query_ray(links[k], eye, along, distance).result:
-            hit = 1
+        if hit == 0:
+            eye = wp.transform_point(T_link_world[k], eyes[e])
+            along = wp.transform_vector(T_link_world[k], ahead)
+            if wp.mesh_query_ray(links[k], eye, along, distance).result:
+                hit = 1
     blocked[e, p] = hit
 
 

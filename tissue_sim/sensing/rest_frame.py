@@ -9,10 +9,9 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from tissue_sim.sensing.observation import POINTS, fields
+from tissue_sim.sensing.observation import N_POINTS, POINTS_BEGIN, POINTS_END, part_of
 
 Floats = NDArray[np.float32]
-TISSUE = tuple(POINTS)
 
 
 def fixed_m(vectors: Floats) -> Floats:
@@ -21,8 +20,8 @@ def fixed_m(vectors: Floats) -> Floats:
     Args:
         vectors: `Observation.vector()` (..., `VECTOR_SIZE`).
     """
-    parts = fields(vectors)
-    return 0.5 * (parts["left_tube_m"][..., 0, :] + parts["right_tube_m"][..., 0, :])
+    left_m, right_m = (part_of(vectors, f"{side}_tube_m")[..., 0, :] for side in ("left", "right"))
+    return 0.5 * (left_m + right_m)
 
 
 def at_rest(vectors: Floats, rest_m: Floats) -> Floats:
@@ -33,10 +32,9 @@ def at_rest(vectors: Floats, rest_m: Floats) -> Floats:
 def shifted_back(vectors: Floats, offset_m: Floats) -> Floats:
     """Shift observations (..., `VECTOR_SIZE`) by minus `offset_m` (..., 3)."""
     shifted, off_m = vectors.copy(), offset_m[..., None, :]
-    parts = fields(shifted)  # views
-    parts["tips_endoscope"][..., 3] -= off_m
-    for name in TISSUE:
-        parts[name] -= off_m
+    part_of(shifted, "tips_endoscope")[..., 3] -= off_m
+    points_m = shifted[..., POINTS_BEGIN:POINTS_END]
+    points_m.reshape(*points_m.shape[:-1], N_POINTS, 3)[...] -= off_m
     return shifted
 
 

@@ -26,9 +26,9 @@ class SenseTracked:
     def observe(self, world: Field, exact: Observation) -> Observation:
         """Return the current sensor values; `exact` is the field's current exact state."""
         exact = self._occluded.observe(world, exact)
-        sensed = observation_of(self._tracker.track(exact.vector()), exact.time_s)
-        return replace(
-            sensed,
+        return observation_of(
+            self._tracker.track(exact.vector()),
+            exact.time_s,
             T_world_endoscope=exact.T_world_endoscope,
             shaft_offset_m=exact.shaft_offset_m,
         )

@@ -70,15 +70,15 @@ class Tracker:
             self._age_s += CONTROL_PERIOD_S
         self._n += 1
         seen = exact.copy()
-        self._tell_points(seen)
-        self._tell_tools(seen)
-        self._tell_lengths(seen)
+        parts = fields(seen)  # views
+        seen[POINTS_BEGIN:POINTS_END] = self._at_m.ravel()
+        self._tell_points(parts)
+        self._tell_tools(parts)
+        self._tell_lengths(parts)
         return seen
 
-    def _tell_points(self, seen: Floats) -> None:
-        parts = fields(seen)  # views
+    def _tell_points(self, parts: dict[str, NDArray]) -> None:
         n_clips = int(parts["n_clips"][0])
-        seen[POINTS_BEGIN:POINTS_END] = self._at_m.ravel()
         parts["clips_m"][n_clips:] = 0.0
         std_m = np.hypot(self._error_m, self._creep_m())
         std_m[N_LINE + n_clips :] = 0.0
@@ -92,8 +92,8 @@ class Tracker:
         """Return the growth of each point's uncertainty since its last observation."""
         return np.minimum(self.model.creep_m_s * self._age_s, self.model.creep_most_m)
 
-    def _tell_tools(self, seen: Floats) -> None:
-        model, chance, parts = self.model, self._rng.standard_normal, fields(seen)
+    def _tell_tools(self, parts: dict[str, NDArray]) -> None:
+        model, chance = self.model, self._rng.standard_normal
         tips = parts["tips_endoscope"]
         tips[..., :3] = self._hand_eye @ tips[..., :3]
         tips[..., 3] += self._hand_eye_m + model.tip_m * chance((2, 3))
@@ -102,8 +102,7 @@ class Tracker:
         parts["forces_n"] += error_n[:6].reshape(2, 3)
         parts["pinch_n"][0] = max(parts["pinch_n"][0] + error_n[6], 0.0)
 
-    def _tell_lengths(self, seen: Floats) -> None:
-        parts = fields(seen)
+    def _tell_lengths(self, parts: dict[str, NDArray]) -> None:
         parts["rest_length_m"][:] = self._lengths.estimate(
             self._at_m,
             parts["std_m"],

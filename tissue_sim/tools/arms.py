@@ -280,10 +280,14 @@ class Arms:
         """Return the (2, 4, 4) tool frames, from the simulator's links."""
         return np.array([psm.T_world_tool() for psm in self._mounted])
 
+    def T_world_links(self) -> Array:
+        """Return the (8, 4, 4) poses of both arms' links that tissue can touch."""
+        poses = [link.entity_pose for link in self._patch_links]
+        return np.array([pose.to_transformation_matrix() for pose in poses], float)
+
     def contact_shapes(self) -> ContactShapes:
         """Return the surfaces of both arms that tissue can touch, at their current poses."""
-        poses = [link.entity_pose for link in self._patch_links]
-        T = np.array([pose.to_transformation_matrix() for pose in poses], float)
+        T = self.T_world_links()
         world = self._patch_points @ T[:, :3, :3].transpose(0, 2, 1)  # (8, abw, 3)
         world[:, :2] += T[:, None, :3, 3]
         return ContactShapes(

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from controller.body_place import MAX_M, BodyPlace
 from controller.diffusion.chunk_frame import MOVE
 from tissue_sim.frames import Array
-from tissue_sim.sensing.observation import TUBE_POINTS, fields
+from tissue_sim.sensing.observation import TUBE_POINTS, part_of
 from tissue_sim.sensing.rest_frame import fixed_m, shifted_back
 from tissue_sim.tools.arms import LEFT_ARM
 
@@ -40,10 +40,9 @@ class BodyFrame:
 
     def at_rest(self, seen: NDArray[np.float32]) -> NDArray[np.float32]:
         """Return `Observation.vector()` in the body's frame; call it in each control step."""
-        parts = fields(seen)
-        std_m = float(parts["std_m"][[0, TUBE_POINTS]].mean())  # of the tubes' fixed ends
+        std_m = float(part_of(seen, "std_m")[[0, TUBE_POINTS]].mean())  # of the tubes' fixed ends
         at_m = self._body.follow(fixed_m(seen).astype(float), std_m)
-        tip_m = parts["tips_endoscope"][LEFT_ARM, :, 3].astype(float)
+        tip_m = part_of(seen, "tips_endoscope")[LEFT_ARM, :, 3].astype(float)
         moved_m = np.zeros(3) if self._at_m is None else at_m - self._at_m
         if not self._gap:
             self._follow(moved_m)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import lru_cache
 
 import numpy as np
 
@@ -62,6 +63,7 @@ class TaskPlace:
         return float(np.clip(0.0, least_m, most_m))
 
 
+@lru_cache(maxsize=1)  # several rules ask for the same one
 def task_place(scene: Scene, task: Task) -> TaskPlace | None:
     """Return the task's place; None if the jaws have no structure left to close on."""
     observation, tube = scene.observation, task.tube
