@@ -10,6 +10,7 @@ from dataclasses import dataclass
 from pkgutil import resolve_name
 from typing import TYPE_CHECKING, Any
 
+from scenarios.files.errors import describe_error, describe_with_place
 from scenarios.perturbation.perturbation import Perturbation
 from scenarios.perturbation.perturbations import PERTURBATIONS, PICTURES, SENSING
 
@@ -173,13 +174,26 @@ def procedure_named(name: str) -> Procedure:
     """
     from planner.procedure.procedure import Procedure
 
-    try:
-        procedure = resolve_name(PROCEDURES.get(name, name))
-    except (ImportError, AttributeError, ValueError) as error:
-        raise ValueError(f"{name}: {error}") from None
+    procedure = resolved(PROCEDURES.get(name, name))
     if not isinstance(procedure, Procedure):
         raise ValueError(f"{name}: it is a {type(procedure).__name__}, not a Procedure")
     return procedure
+
+
+def resolved(name: str) -> Any:
+    """Import MODULE:NAME, which may be anybody's code.
+
+    Raises:
+        ValueError: It cannot be imported; the message says why.
+    """
+    try:
+        return resolve_name(name)
+    except (ImportError, AttributeError, ValueError) as error:
+        raise ValueError(f"{name}: {error}") from None
+    except SyntaxError as error:
+        raise ValueError(f"{name}: {describe_error(error)}") from None
+    except (Exception, SystemExit) as error:
+        raise ValueError(f"{name}: {describe_with_place(error)}") from None
 
 
 def sense_named(name: str) -> SenseEntry:
@@ -192,10 +206,7 @@ def sense_named(name: str) -> SenseEntry:
     """
     if name in SENSES:
         return SENSES[name]
-    try:
-        factory = resolve_name(name)
-    except (ImportError, AttributeError, ValueError) as error:
-        raise ValueError(f"{name}: {error}") from None
+    factory = resolved(name)
     line = (getattr(factory, "__doc__", None) or "").strip().partition("\n")[0]
     return SenseEntry(
         factory=name,

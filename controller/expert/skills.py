@@ -92,7 +92,10 @@ def skill(task: Task, world: World, attempt: int = 0) -> tuple[Phase, ...]:
     """
     if lacks_clip(task, world):
         return retract(task, world, attempt)
-    return entry_of(task.kind, SKILLS)(task, world, attempt)
+    phases = entry_of(task.kind, SKILLS, "SKILLS")(task, world, attempt)
+    if not phases:
+        raise ValueError(f"the skill of the kind {task.kind!r} has no phase")
+    return phases
 
 
 def lacks_clip(task: Task, world: World) -> bool:

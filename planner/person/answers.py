@@ -52,6 +52,9 @@ def _doing(asked: Asked) -> str:
     return "You asked for it." if instruction.source == "human" else "The planner asks for it."
 
 
+_BEFORE = {True: "before anything is clipped", False: "first"}
+
+
 def _why(asked: Asked) -> str:
     instruction = asked.instruction
     if instruction.remark:
@@ -61,7 +64,8 @@ def _why(asked: Asked) -> str:
     if instruction.correction is not None:
         return f"Because {instruction.task.text!r} seems to go wrong without it."
     if instruction.task.grasps:
-        return "Because the gallbladder has to be held before anything is clipped."
+        clips = any(task.places_clip for task in asked.procedure.tasks)
+        return f"Because the gallbladder has to be held {_BEFORE[clips]}."
     if instruction.task.goes_back:
         return "Because the right arm has to be clear before the next step."
     return f"Because it is next: {counts(asked.observation)}."

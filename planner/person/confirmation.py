@@ -155,7 +155,8 @@ def not_done(task: Task, observation: Observation) -> str:
 def lacking(task: Task, observation: Observation, procedure: Procedure) -> str:
     """Return in words what lacks before a cut or a retraction, by observation; "" if nothing."""
     if task.goes_back:
-        return not_done(procedure.before(task), observation)
+        deed = procedure.before(task) if procedure.holds(task.index - 1) else task
+        return not_done(deed, observation)
     unclipped = task.severs and denial((Claim(claimed="clipped"),), task, observation)
     return f"{unclipped} The safety filter lets nothing be cut before." if unclipped else ""
 

@@ -62,10 +62,10 @@ class OrderProgress:
     """Follows one order: the task that it requests now, and its end.
 
     A clip or a cut that is not observed as done in `PATIENCE_S` is tried again from further away.
-    After a clip or a cut the arm retracts. The arm also retracts first if it is `leaving` another
-    place. Tool exchanges, which the robot knows, do not count: a correction that waits for the end
-    of an exchange begins there. The clocks run as slowly as the arms do at the speed that a person
-    wants.
+    If a retraction stands behind the task, the arm retracts then. The arm also retracts first if it
+    is `leaving` another place. Tool exchanges, which the robot knows, do not count: a correction
+    that waits for the end of an exchange begins there. The clocks run as slowly as the arms do at
+    the speed that a person wants.
     """
 
     def __init__(
@@ -183,9 +183,10 @@ class OrderProgress:
         over = is_done(stage, observation)
         if stage == task and (over or self._stage_s > PATIENCE_S):
             self._done = over
-            if task.goes_back:
+            retraction = self._procedure.retraction_after(task)
+            if task.goes_back or retraction is None:
                 return _end(task, over, "something is in the way")
-            self._go_on_with(self._procedure.after(task))  # retract, done or for another try
+            self._go_on_with(retraction)  # done, or for another try
         elif stage != task and (over or self._stage_s > PATIENCE_S):
             self._done |= not task.goes_back and is_done(task, observation)  # observed late
             if self._done or self._tries >= MOST_TRIES:

@@ -349,7 +349,7 @@ class PlannerOverridden:
         among = present.tube is not None and not is_back(observation)
         if task is None or task.tube is None or task.goes_back or order.correction or not among:
             return None
-        back = present if present.goes_back else self._procedure.after(present)
+        back = present if present.goes_back else self._procedure.retraction_after(present)
         return None if present == task else back
 
     def _begin_next(self, observation: Observation) -> Sequence[str]:
@@ -400,8 +400,8 @@ class PlannerOverridden:
             raise NotNowError(f"it was stopped within {STOP_WINS_S:g} s; say it again, or resume")
         moment = self._moment(observation)
         order = order_of(said, moment)
-        if order.task is not None and order.task not in self._procedure.tasks:
-            raise NotNowError(f"{self._procedure.name} has no task {order.task.text!r}")
+        if order.task is not None:
+            order = replace(order, task=self._own(order.task))
         for act in acts_of(order, observation):
             if self.standing.forbids(act):
                 raise NotNowError(f'you forbade it; to allow it say "you may {act.in_words}"')
@@ -409,6 +409,16 @@ class PlannerOverridden:
         if not self._confirmation.given and (lost := loss(order, skipped, observation)):
             raise ConfirmError(lost)
         return order
+
+    def _own(self, task: Task) -> Task:
+        """Return the procedure's own task that a person means.
+
+        Raises:
+            NotNowError: The procedure has no such task.
+        """
+        if (own := self._procedure.like(task)) is None:
+            raise NotNowError(f"{self._procedure.name} has no task {task.text!r}")
+        return own
 
     def _contradicted(self, wrong: str, reading: Reading, observation: Observation) -> Answer:
         """Answer a person with a wrong claim: hold if a hold was said, and else ask back."""

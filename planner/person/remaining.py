@@ -22,6 +22,8 @@ def left(asked: Asked) -> str:
         cut = "both tubes are cut, and " if asked.observation.severed.all() else ""
         return f"No step is left: {cut}the arm is back."
     many = "1 step is" if len(tasks) == 1 else f"{len(tasks)} steps are"
+    if any(task.traits.typical_s is None for task in tasks):
+        return f"{many} left, the last {tasks[-1].text!r}; nobody has measured how long they take."
     time_s = typical_s(tasks, asked.observation) / asked.instruction.speed
     return (
         f"{many} left, the last {tasks[-1].text!r}; they take some {time_s:.0f} s, an estimate by"
@@ -54,14 +56,15 @@ def typical_s(tasks: list[Task], observation: Observation) -> float:
 
 
 def _is_left(task: Task, present: Task, observation: Observation, procedure: Procedure) -> bool:
-    """Return whether a task still remains, other than the task in force.
+    """Return whether a task still remains, other than a grab or retraction under way.
 
     Clips that a tube lacks and its cut remain, each with its retraction. Tasks that leave nothing
-    behind remain if they come after the task in force.
+    behind remain if they are in force, or come later.
     """
     deed = procedure.before(task) if task.goes_back and procedure.holds(task.index - 1) else task
     if deed.tube is None or not deed.is_deed:
-        return task.index > present.index
+        under_way = task == present and not (task.grasps or task.goes_back)
+        return task.index > present.index or under_way
     if observation.severed[TUBES.index(deed.tube)]:
         return False
     n, needed = clips_on(deed.tube, observation), clips_needed_on(deed.tube, observation)

@@ -88,12 +88,12 @@ def why_call(procedure: Procedure, anatomy: Anatomy) -> str | None:
 
 def task_done(task: Task, world: World) -> bool:
     """Return whether the world's state meets the task's criterion now."""
-    return entry_of(task.kind, OUTCOMES).is_done(task, world)
+    return entry_of(task.kind, OUTCOMES, "OUTCOMES").is_done(task, world)
 
 
 def task_over(task: Task, world: World) -> bool:
     """Return whether a task is done, or cannot be repeated."""
-    return entry_of(task.kind, OUTCOMES).is_over(task, world)
+    return entry_of(task.kind, OUTCOMES, "OUTCOMES").is_over(task, world)
 
 
 def is_needed(task: Task, world: World) -> bool:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -20,22 +20,32 @@ class Procedure:
 
     Raises:
         ValueError: The procedure has no task, indices do not count from 1, words are not unique, a
-            clip or cut has no retraction behind it, or the last task is no retraction.
+            clip or cut has no retraction behind it, the last task is no retraction, or a task is
+            impossible.
     """
 
     name: str
     tasks: tuple[Task, ...]
 
     def __post_init__(self) -> None:
+        if why := next(self._faults(), None):
+            raise ValueError(f"procedure {self.name!r}: {why}")
+
+    def _faults(self) -> Iterator[str]:
+        """Yield in words what is wrong with the procedure."""
+        if not isinstance(self.tasks, tuple) or not all(isinstance(t, Task) for t in self.tasks):
+            yield "its tasks must be a tuple of tasks"
         if [task.index for task in self.tasks] != list(range(1, len(self.tasks) + 1)):
-            raise ValueError(f"procedure {self.name!r}: its tasks' indices must count from 1")
+            yield "its tasks' indices must count from 1"
         if not self.tasks or len({task.text for task in self.tasks}) < len(self.tasks):
-            raise ValueError(f"procedure {self.name!r}: it needs tasks, each with its own words")
+            yield "it needs tasks, each with its own words"
         for task in self.tasks:
-            if task.is_deed and not (self.holds(task.index + 1) and self.after(task).goes_back):
-                raise ValueError(f"procedure {self.name!r}: no retraction after {task.text!r}")
+            if why := task.fault:
+                yield f"task {task.index}: {why}"
+            if task.is_deed and self.retraction_after(task) is None:
+                yield f"no retraction after {task.text!r}"
         if not self.tasks[-1].goes_back:
-            raise ValueError(f"procedure {self.name!r}: its last task must be a retraction")
+            yield "its last task must be a retraction"
 
     @cached_property
     def _by_text(self) -> dict[str, Task]:
@@ -60,6 +70,18 @@ class Procedure:
     def after(self, task: Task) -> Task:
         """Return the next task in the usual order: the retraction after a clip or a cut."""
         return self.task(task.index + 1)
+
+    def retraction_after(self, task: Task) -> Task | None:
+        """Return the retraction that stands right behind a task; None if there is none."""
+        follower = self.after(task) if self.holds(task.index + 1) else None
+        return follower if follower is not None and follower.goes_back else None
+
+    def like(self, task: Task) -> Task | None:
+        """Return the task itself, else the first one of its kind, tube and clip; None if none."""
+        if task in self.tasks:
+            return task
+        what = (task.kind, task.tube, task.clip)
+        return next((own for own in self.tasks if (own.kind, own.tube, own.clip) == what), None)
 
     def before(self, task: Task) -> Task:
         """Return the task before in the usual order: the clip or cut of a retraction."""

@@ -3,11 +3,14 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Literal
+from typing import Literal, get_args
 
 from planner.procedure.task_kind import KINDS, Deed, TaskKind, entry_of
+from tissue_sim.outcome.clip_rule import USUAL_CLIPS
+from tissue_sim.tools.instruments import INSTRUMENTS, right_tools
 
 Tube = Literal["left", "right"]
+CLIP_NUMBERS = tuple(range(1, USUAL_CLIPS + 1))  # on a tube
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -32,9 +35,29 @@ class Task:
     right_tool: str
 
     @property
+    def fault(self) -> str:
+        """Return in words why nobody can carry out the task; "" if nothing stands against it."""
+        tools = {name: INSTRUMENTS[name].deed for name in right_tools()}
+        if not isinstance(self.text, str) or not self.text.strip() or not self.text.isprintable():
+            return f"{self.text!r} is no line of words"
+        if self.kind not in KINDS:
+            return f"unknown kind {self.kind!r}; allowed: {', '.join(KINDS)}"
+        if self.right_tool not in tools:
+            return f"no {self.right_tool!r} for the right arm; allowed: {', '.join(tools)}"
+        if self.tube not in (None, *get_args(Tube)):
+            return f"unknown tube {self.tube!r}; allowed: {', '.join(get_args(Tube))}, None"
+        if self.is_deed and (self.tube is None or tools[self.right_tool] != self.deed):
+            able = ", ".join(name for name, deed in tools.items() if deed == self.deed)
+            return f"to {self.deed}, it needs a tube, and one of these tools: {able}"
+        numbers = CLIP_NUMBERS if self.places_clip else (None, *CLIP_NUMBERS)
+        if self.clip not in numbers:
+            return f"unknown clip {self.clip!r}; allowed: {', '.join(map(str, numbers))}"
+        return ""
+
+    @property
     def traits(self) -> TaskKind:
         """Return what tasks of this kind do."""
-        return entry_of(self.kind, KINDS)
+        return entry_of(self.kind, KINDS, "KINDS")
 
     @property
     def grasps(self) -> bool:

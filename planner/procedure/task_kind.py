@@ -45,12 +45,17 @@ KINDS: dict[str, TaskKind] = {
 """Every kind of task, by its name."""
 
 
-def entry_of(kind: str, table: Mapping[str, Entry]) -> Entry:
+def entry_of(kind: str, table: Mapping[str, Entry], name: str) -> Entry:
     """Return a kind's entry in one of the tables of kinds.
+
+    Args:
+        kind: Name of the kind.
+        table: The table.
+        name: Name of the table.
 
     Raises:
         ValueError: The table lacks the kind; the message lists the kinds that the table has.
     """
     if kind not in table:
-        raise ValueError(f"no entry for tasks of the kind {kind!r}; there are: {', '.join(table)}")
+        raise ValueError(f"{name} has no entry for the kind {kind!r}; it has: {', '.join(table)}")
     return table[kind]

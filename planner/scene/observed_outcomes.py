@@ -49,4 +49,4 @@ def is_done(task: Task, observation: Observation) -> bool:
     Raises:
         ValueError: The task's success does not follow from one observation.
     """
-    return entry_of(task.kind, OBSERVED)(task, observation)
+    return entry_of(task.kind, OBSERVED, "OBSERVED")(task, observation)

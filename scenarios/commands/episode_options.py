@@ -70,6 +70,8 @@ class EpisodeOptions:
         Raises:
             BadInputError: it cannot; the message names the option.
         """
+        from scenarios.loop.policies import require_procedure
+
         require_cameras(self.cameras)
         require_kernel_cache()
         require_policies(
@@ -78,6 +80,10 @@ class EpisodeOptions:
         require_perception(self.sense_in_force, self.perception_checkpoint)
         if self.act_limit is not None and not 0.0 < self.act_limit < math.inf:
             raise BadInputError(f"--act-limit {self.act_limit:g}: it is a number of s above 0")
+        try:
+            require_procedure(self.procedure)
+        except ValueError as error:
+            raise BadInputError(f"--procedure {error}") from None
         try:
             self.first_config()
         except ValueError as error:

@@ -25,6 +25,7 @@ from scenarios.catalogue import (
     policy_named,
 )
 from scenarios.perturbation.perturbation import Perturbation
+from scenarios.perturbation.perturbations import AT_TASKS
 from tissue_sim.sensing.glance import CAMERA_NAMES
 
 
@@ -128,6 +129,7 @@ class EpisodeConfig(Stack):
         if self.procedure != CHOLECYSTECTOMY:
             _require_any_procedure("planner", self.planner, PLANNERS)
             _require_any_procedure("controller", self.controller, CONTROLLERS)
+            _require_any_task(self.scenario)
         if self.sense != (needed := SENSE_OF.get(self.scenario, self.sense)):
             raise ValueError(f"scenario {self.scenario!r} needs the sense {needed!r}")
         if self.magnitude is not None and not _is_number(self.magnitude, Real):
@@ -186,6 +188,15 @@ def _require_any_procedure(role: str, name: str, known: Mapping[str, PolicyEntry
         able = ", ".join(n for n, policy in known.items() if policy.any_procedure)
         raise ValueError(
             f"{role} {name!r} knows the procedure {CHOLECYSTECTOMY!r} alone; these know any: {able}"
+        )
+
+
+def _require_any_task(scenario: str) -> None:
+    bound = [p.name for p in AT_TASKS]
+    if scenario in bound:
+        able = ", ".join(name for name in SCENARIOS if name not in bound)
+        raise ValueError(
+            f"scenario {scenario!r} strikes a task of {CHOLECYSTECTOMY!r}; these do not: {able}"
         )
 
 

@@ -13,8 +13,14 @@ from typing import TYPE_CHECKING, Any
 from controller.base import Controller
 from planner.base import Planner
 from planner.policy_setup import PolicySetup, is_privileged
-from scenarios.catalogue import ABLATIONS, PEOPLE, policy_named, procedure_named
-from scenarios.files.errors import describe_error, describe_with_place
+from scenarios.catalogue import (
+    ABLATIONS,
+    PEOPLE,
+    PROCEDURES,
+    policy_named,
+    procedure_named,
+    resolved,
+)
 from scenarios.loop.episode_config import EpisodeConfig
 from scenarios.loop.observer import Observer
 from scenarios.loop.person.inbox import Inbox
@@ -75,6 +81,26 @@ def require_factory(name: str) -> None:
         _factory(name)
 
 
+def require_procedure(name: str) -> None:
+    """Check that an outside procedure can be imported, and that all tables know its kinds.
+
+    Raises:
+        ValueError: It cannot, or a table lacks a kind; the message says why.
+    """
+    if name in PROCEDURES:
+        return
+    from controller.expert.skills import SKILLS
+    from planner.procedure.outcomes import OUTCOMES
+    from planner.procedure.task_kind import entry_of
+    from planner.scene.observed_outcomes import OBSERVED
+
+    for task in procedure_named(name).tasks:
+        entry_of(task.kind, OUTCOMES, "OUTCOMES")
+        entry_of(task.kind, SKILLS, "SKILLS")
+        if not task.grasps:  # its success does not follow from one observation
+            entry_of(task.kind, OBSERVED, "OBSERVED")
+
+
 def reads_hidden_state(name: str) -> bool:
     """Return whether the policy of that name is declared privileged.
 
@@ -85,14 +111,7 @@ def reads_hidden_state(name: str) -> bool:
 
 
 def _factory(name: str) -> Callable[..., Any]:
-    try:
-        factory = resolve_name(policy_named(name).factory)
-    except (ImportError, AttributeError, ValueError) as error:
-        raise ValueError(f"{name}: {error}") from None
-    except SyntaxError as error:
-        raise ValueError(f"{name}: {describe_error(error)}") from None
-    except (Exception, SystemExit) as error:
-        raise ValueError(f"{name}: {describe_with_place(error)}") from None
+    factory = resolved(policy_named(name).factory)
     if not callable(factory):
         raise ValueError(f"{name}: it is a {type(factory).__name__}, not a factory")
     return factory

@@ -3,7 +3,7 @@
 from scenarios.perturbation.perturbation import table
 
 # fmt: off
-PERTURBATIONS = table(
+AT_TASKS = table(
     ("grasp-missed-above", "led_astray:GraspMissedAbove", 0.008, 0.012,
      "m above the infundibulum", "the grasper has closed too high on the gallbladder"),
     ("grasp-missed-below", "led_astray:GraspMissedBelow", 0.008, 0.012,
@@ -18,6 +18,10 @@ PERTURBATIONS = table(
      "clips in a row", "the applier loses its clip near the tube"),
     ("grasp-slip", "slips:GraspSlip", 1.0, 1.0,
      "share of the jaws' friction lost", "the gallbladder slips out of the grasper"),
+)
+"""Failures that strike in one of the tasks of a cholecystectomy."""
+
+PERTURBATIONS = AT_TASKS + table(
     ("breathing", "body:Breathing", 0.002, 0.020,
      "m of amplitude", "the body moves to and fro under the instruments"),
     ("camera-shift", "picture:CameraShift", 0.005, 0.030,

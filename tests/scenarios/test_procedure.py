@@ -6,18 +6,29 @@ import subprocess
 import sys
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import pytest
 
 from controller.expert.skills import SKILLS
+from planner.base import PATIENCE_S
+from planner.command import COMMANDS
+from planner.instruction import Instruction
+from planner.person.answers import answer
+from planner.person.orders import Order, OrderProgress
+from planner.person.override import PlannerOverridden
 from planner.procedure.cholecystectomy import CHOLECYSTECTOMY, TASKS
 from planner.procedure.outcomes import OUTCOMES
 from planner.procedure.procedure import Procedure
-from planner.procedure.task_kind import KINDS
+from planner.procedure.task import Task
+from planner.procedure.task_kind import KINDS, TaskKind
 from planner.scene.observed_outcomes import OBSERVED, is_done
+from scenarios.catalogue import ORACLE
 from scenarios.loop.episode_config import EpisodeConfig
 from tests.planner.observations import clipped
-from tissue_sim.tools.instruments import INSTRUMENTS, right_tools
+from tests.scenarios.from_the_shell.complaint import complaint
+from tissue_sim.sensing.observation import Observation
+from tissue_sim.tools.instruments import CLIP_APPLIER, GRASPER, INSTRUMENTS, SCISSORS, right_tools
 
 ROOT = Path(__file__).parents[2]
 OUTSIDE = "tests.scenarios.touching:TOUCHING"
@@ -73,23 +84,117 @@ def test_policies_that_know_one_procedure_are_refused_for_another() -> None:
 def test_every_kind_has_its_entries_and_an_unknown_kind_is_told() -> None:
     assert KINDS.keys() == OUTCOMES.keys() == SKILLS.keys()
     assert KINDS.keys() - OBSERVED.keys() == {name for name, kind in KINDS.items() if kind.grasps}
-    with pytest.raises(ValueError, match="no entry for tasks of the kind 'touch'; there are: clip"):
+    with pytest.raises(ValueError, match="OBSERVED has no entry for the kind 'touch'"):
         is_done(replace(TASKS[1], kind="touch"), clipped())
 
 
-def test_a_procedure_that_cannot_be_carried_out_is_refused() -> None:
-    clip, back = TASKS[1:3]
-    for tasks in (
-        (),
-        (clip, back),  # indices
-        (replace(clip, index=1), replace(clip, index=2)),  # words, and no retraction
-        (replace(back, index=1), replace(clip, index=2)),
-        (replace(TASKS[0], index=1),),
-    ):
-        with pytest.raises(ValueError, match="procedure 'odd'"):
-            Procedure(name="odd", tasks=tasks)
-    two = Procedure(name="clip", tasks=(replace(clip, index=1), replace(back, index=2)))
-    assert two.after(two.tasks[0]) == two.tasks[1]
+IMPOSSIBLE = {
+    "no tube": {"tube": None},
+    "another tube": {"tube": "duct"},
+    "a clip of no tube": {"clip": 7},
+    "no clip": {"clip": None},
+    "a clip in words": {"clip": "1"},
+    "scissors that clip": {"right_tool": SCISSORS},
+    "the left tool": {"right_tool": GRASPER},
+    "an unknown tool": {"right_tool": "hammer"},
+    "an unknown kind": {"kind": "dissect"},
+    "no words": {"text": " "},
+    "two lines": {"text": "clip\nit"},
+    "another place": {"index": 2},
+    "no retraction": {"kind": "go_back"},
+}
+
+
+@pytest.mark.parametrize("change", IMPOSSIBLE.values(), ids=IMPOSSIBLE)
+def test_a_procedure_that_cannot_be_carried_out_is_refused(change: dict[str, Any]) -> None:
+    clip, back = (replace(task, index=k) for k, task in enumerate(TASKS[1:3], start=1))
+    assert Procedure(name="whole", tasks=(clip, back)).after(clip) == back
+    lone = (replace(clip, index=1), replace(TASKS[0], index=2, kind="clip", tube="left", clip=1))
+    tasks = lone if change == {"kind": "go_back"} else (replace(clip, **change), back)
+    with pytest.raises(ValueError, match="procedure 'odd': ") as told:
+        Procedure(name="odd", tasks=tasks)
+    assert len(str(told.value).splitlines()) == 1
+
+
+@pytest.mark.parametrize("tasks", [(), list(TASKS), TASKS[:1], tuple("ab")])
+def test_tasks_that_are_no_procedure_are_refused(tasks: Any) -> None:
+    with pytest.raises(ValueError, match="procedure 'odd': "):
+        Procedure(name="odd", tasks=tasks)
+
+
+@pytest.mark.parametrize(
+    "body",
+    [
+        "",
+        "P = 1",
+        "def f(:",
+        "raise KeyError('no licence')",
+        "import sys; sys.exit(0)",
+        "import gone",
+    ],
+)
+def test_a_procedure_that_cannot_be_imported_is_told_in_one_line(
+    body: str, tmp_path: Path, capfd: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    (tmp_path / "odd_procedure.py").write_text(body)
+    monkeypatch.syspath_prepend(tmp_path)
+    monkeypatch.delitem(sys.modules, "odd_procedure", raising=False)
+    who = ("--planner", "scripted", "--controller", "expert", "--procedure", "odd_procedure:P")
+    assert "--procedure odd_procedure:P: " in complaint(capfd, "run", *who)
+
+
+def test_failures_that_strike_a_task_are_refused_for_another_procedure() -> None:
+    who = {**ORACLE, "procedure": OUTSIDE}
+    with pytest.raises(ValueError, match="scenario 'grasp-slip' strikes a task of 'cholecyst"):
+        EpisodeConfig(**who, scenario="grasp-slip")
+    assert EpisodeConfig(**who, scenario="breathing").procedure == OUTSIDE
+
+
+@pytest.fixture(name="waiting")
+def _waiting(monkeypatch: pytest.MonkeyPatch) -> Procedure:
+    """Return a procedure that waits above the tube before it clips: nothing stands behind."""
+    monkeypatch.setitem(KINDS, "wait", TaskKind())
+    monkeypatch.setitem(OBSERVED, "wait", lambda task, observation: False)
+    wait = Task(index=1, text="waiting", kind="wait", tube="left", right_tool=CLIP_APPLIER)
+    clip, back = (replace(task, index=k) for k, task in enumerate(TASKS[1:3], start=2))
+    return Procedure(name="waiting", tasks=(wait, replace(clip, text="my clip"), back))
+
+
+def test_an_ordered_task_without_a_retraction_begins_no_other_task(waiting: Procedure) -> None:
+    progress = OrderProgress(Order(task=waiting.tasks[0]), clipped(), waiting)
+    told = [
+        progress.update(clipped(time_s=float(t)), exchanging=False, speed=1.0)
+        for t in range(1, round(PATIENCE_S) + 2)
+    ]
+    assert progress.task == waiting.tasks[0]
+    assert told[-1] == "Given up: waiting; something is in the way."
+
+
+def test_what_is_said_of_a_task_means_the_procedures_own(waiting: Procedure) -> None:
+    planner = PlannerOverridden(Waits(waiting), waiting)
+    planner.plan(clipped())
+    reply = planner.instruct(COMMANDS["clip left tube"], clipped()).reply
+    assert reply.startswith("my clip, until it is done.")
+    refused = planner.instruct(COMMANDS["grabbing gallbladder"], clipped())
+    assert "waiting has no task 'grabbing gallbladder'" in refused.reply
+
+
+def test_the_time_of_tasks_that_nobody_measured_is_not_told(waiting: Procedure) -> None:
+    told = answer("left", Instruction(task=waiting.tasks[0]), clipped(), procedure=waiting)
+    assert "nobody has measured" in told
+
+
+class Waits:
+    """A planner that gives the first task of a procedure."""
+
+    def __init__(self, procedure: Procedure) -> None:
+        self._task = procedure.tasks[0]
+
+    def reset(self) -> None:
+        """Do nothing."""
+
+    def plan(self, observation: Observation) -> Instruction:
+        return Instruction(task=self._task, time_s=observation.time_s)
 
 
 def test_a_procedure_with_cuts_ends_once_all_its_cuts_are_seen() -> None:
