@@ -42,11 +42,14 @@ def require_instruction(said: object) -> Instruction:
 
     Raises:
         TypeError: The output is no instruction, or an instruction without a task.
+        ValueError: Nobody can carry out the task.
     """
     if not isinstance(said, Instruction):
         raise TypeError(f"planner: plan returned a {type(said).__name__}, not an Instruction")
     if not isinstance(said.task, Task):
         raise TypeError(f"planner: plan returned the task {said.task!r}, not a Task")
+    if why := said.task.fault:
+        raise ValueError(f"planner: plan returned a task that nobody can carry out: {why}")
     return said
 
 

@@ -484,6 +484,13 @@ def test_a_policy_that_returns_something_else_is_told_so(planner, controller, to
         next(episode.steps())
 
 
+def test_a_planners_task_that_nobody_can_carry_out_is_told_before_the_nurse_comes():
+    by_scissors = replace(TASKS[1], right_tool="scissors")
+    episode = episode_of(PlannerSays(Instruction(task=by_scissors)), ControllerCounts())
+    with pytest.raises(ValueError, match="planner: .* nobody can carry out: to clip, it needs"):
+        next(episode.steps())
+
+
 def test_a_controller_without_an_action_gets_a_clear_error():
     episode = episode_of(PlannerSays(Instruction(task=TASKS[0])), ControllerCounts(length=0))
     with pytest.raises(ValueError, match="controller: a chunk must hold at least one action"):
