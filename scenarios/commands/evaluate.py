@@ -38,8 +38,7 @@ from scenarios.files.sums import RESULTS, SUMS, read_sums
 from scenarios.loop.episode_config import EpisodeConfig
 from scenarios.loop.observer import ProgressDisplay
 from scenarios.suites import SUITE_NAMES, suite_of
-from scenarios.workers.pool import run_side_by_side
-from scenarios.workers.process import counting
+from scenarios.workers.pool import run_each
 
 if TYPE_CHECKING:  # heavy to import
     from scenarios.evaluation.case import Case, Ended
@@ -138,20 +137,19 @@ class Evaluate:
         while due := plan.due(results):
             display = ProgressDisplay(len(due), Terminal(stderr=True))
             with display, closing(self._ended(due, display)) as arriving:
-                for ended in arriving:
-                    if ended.unwritable is not None:
-                        raise _no_room(ended.unwritable)
-                    results[ended.case] = ended.result
-                    self._note(ended)
+                for case, tried in arriving:
+                    if tried.unwritable is not None:
+                        raise _no_room(tried.unwritable)
+                    results[case] = tried.result
+                    if tried.result.error is None:  # else the episode will run again
+                        self._note(case)
                     display.advance()
 
-    def _note(self, ended: Ended) -> None:
+    def _note(self, case: Case) -> None:
         from scenarios.evaluation.folder import note
 
-        if ended.result.error is not None:  # the episode will run again
-            return
         try:
-            note(self.out, ended.case)
+            note(self.out, case)
         except OSError as error:
             raise _no_room(f"{self.out / SUMS} ({error.strerror})") from None
 
@@ -159,14 +157,9 @@ class Evaluate:
         from scenarios.evaluation.case import after_death, attempt
 
         outside = any(case.config.outside for case in due)  # it may end its process
-        if self.workers > 1 or self.cluster is not None or outside:
-            yield from run_side_by_side(
-                partial(attempt, out=self.out), due, self.workers, after_death, self.cluster
-            )
-        else:
-            for case in due:
-                with counting():
-                    yield attempt(case, self.out, [display])
+        here = None if outside else partial(attempt, out=self.out, observers=[display])
+        apart = partial(attempt, out=self.out)
+        return run_each(apart, due, self.workers, after_death, self.cluster, here)
 
     def _report(self, plan: Plan, results: Mapping[Case, EpisodeResult]) -> Report:
         """Write the report and show it."""
@@ -185,7 +178,7 @@ class Evaluate:
             if table.rows and not table.page_only:
                 console.print(table.drawn())
         for name in (RESULTS, "report.html"):
-            console.print(f"{self.out / name}", highlight=False, markup=False, soft_wrap=True)
+            console.print(f"{self.out / name}", soft_wrap=True)
         return report
 
     def _made_with(self) -> dict[str, Any]:
@@ -213,7 +206,7 @@ class Evaluate:
             return 0
         rate, arm, suite = lowest
         line = f"{arm} passes {rate:.3f} of {suite}, less than --fail-under {self.fail_under:g}"
-        Terminal().print(line, highlight=False, markup=False, soft_wrap=True)
+        Terminal().print(line, soft_wrap=True)
         return FAILED
 
 

@@ -13,12 +13,8 @@ from scenarios.files.outside_text import Terminal
 class Distances(TrialBench):
     """Check that arms go as far as a person says: in an exchange, at work and in a hold."""
 
-    seed: Annotated[int, at_least(0)] = 10_000
-    """Seed of the anatomy; a further patient takes the next."""
     episodes: Annotated[int, at_least(1)] = 7
     """Number of patients, with a correction in each exchange, and some between them."""
-    workers: Annotated[int, at_least(1)] = 1
-    """Number of processes."""
 
     def execute(self) -> int:
         """Measure and report; return 1 if an error ended a trial."""
@@ -33,7 +29,7 @@ class Distances(TrialBench):
         config = EpisodeConfig(scenario="textbook", seed=self.seed)
         return self.report_trials(
             "distances",
-            TrialAttempt(run=DistanceExamination(config=config), lost=DistanceTrial.lost),
+            TrialAttempt(run=DistanceExamination(config=config), kind=DistanceTrial),
             lambda trials, errors: [distances_table(trials), *errors],
         )
 

@@ -57,7 +57,7 @@ class BenchPlanner:
 
 
 @dataclass(frozen=True, kw_only=True)
-class Obedience(ControllerOnTrial, TrialBench):
+class Obedience(ControllerOnTrial):
     """Check whether each correction is obeyed, and the tube is clipped that is told.
 
     A planner's correction is heard by the controller alone; a person's is carried out by rule.
@@ -65,8 +65,6 @@ class Obedience(ControllerOnTrial, TrialBench):
 
     episodes: Annotated[int, at_least(1)] = 50
     """Number of patients, each tested at four times."""
-    workers: Annotated[int, at_least(1, MOST_WORKERS)] = 1
-    """Number of processes."""
     by: Literal["planner", "person"] = "planner"
     """Who says the corrections."""
 
@@ -79,21 +77,19 @@ class Obedience(ControllerOnTrial, TrialBench):
         examination = ObedienceExamination(config=self.config(), by=self.by)
         return self.report_trials(
             "words",
-            TrialAttempt(run=examination, lost=ObedienceTrial.lost),
+            TrialAttempt(run=examination, kind=ObedienceTrial),
             lambda trials, errors: [obedience_table(trials), *errors],
         )
 
 
 @dataclass(frozen=True, kw_only=True)
-class Corrections(ControllerOnTrial, TrialBench):
+class Corrections(ControllerOnTrial):
     """Measure the gain of a correction after an arm was led astray: with and without it."""
 
     scenario: Annotated[str, one_of(ASTRAY)] = "overshoot"
     """Scenario that leads an arm astray."""
     episodes: Annotated[int, at_least(1)] = 30
     """Number of patients, each corrected once."""
-    workers: Annotated[int, at_least(1, MOST_WORKERS)] = 1
-    """Number of processes."""
 
     def execute(self) -> int:
         """Measure and report; return 1 if an error ended a trial."""
@@ -104,7 +100,7 @@ class Corrections(ControllerOnTrial, TrialBench):
         comparison = ForkComparison(config=self.config(self.scenario))
         return self.report_trials(
             "corrections",
-            TrialAttempt(run=comparison, lost=CorrectionTrial.lost),
+            TrialAttempt(run=comparison, kind=CorrectionTrial),
             lambda trials, errors: [corrections_table(trials), *errors],
         )
 
@@ -113,8 +109,6 @@ class Corrections(ControllerOnTrial, TrialBench):
 class Safety(TrialBench):
     """Check that the safety filter withstands attacks on each patient, and time it."""
 
-    seed: Annotated[int, at_least(0, MOST_SEED)] = 10_000
-    """Seed of the first anatomy and its attacks; each further one takes the next."""
     episodes: Annotated[int, at_least(1)] = 50
     """Number of patients; each is attacked 18 times at rest."""
     in_world: Annotated[int, at_least(0)] = 2
@@ -132,7 +126,7 @@ class Safety(TrialBench):
             times = time_table(self.seed)
         return self.report_trials(
             "attacks",
-            TrialAttempt(run=partial(run_trial, in_world=self.in_world), lost=AttackTrial.lost),
+            TrialAttempt(run=partial(run_trial, in_world=self.in_world), kind=AttackTrial),
             lambda trials, broken: [*depth_tables(trials), *broken, times],
             broken_lines,
         )

@@ -83,8 +83,6 @@ def say_who_acts(
     line += "" if person is None else f"; person: {person} (scripted: it sees the truth)"
     Terminal(stderr=True).print(
         f"{line}\nsense: {sense}: {sense_named(sense).description}",
-        highlight=False,
-        markup=False,
         soft_wrap=True,
     )
 

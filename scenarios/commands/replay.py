@@ -27,7 +27,7 @@ from scenarios.recording.verify import (
     verdict_table,
     verify,
 )
-from scenarios.workers.pool import run_side_by_side
+from scenarios.workers.pool import run_each
 
 if TYPE_CHECKING:
     from scenarios.viewer.recording_frames import RecordingFrames
@@ -131,10 +131,7 @@ class Replay:
     def _verdicts(self, files: Sequence[Path]) -> Generator[Verdict, None, None]:
         named = (self.planner, self.controller, self.sense, self.procedure)
         check = partial(verify, allowed=None if self.trust else frozenset(filter(None, named)))
-        if self.workers > 1:
-            yield from run_side_by_side(check, files, self.workers, lost)
-        else:
-            yield from map(check, files)
+        return run_each(check, files, self.workers, lost, here=check)
 
     def _check(self) -> int:
         recording = self._frames_of(self.files[0], every=1_000_000)
@@ -154,7 +151,7 @@ class Replay:
             write_atomic(page, html.encode())
         except OSError as error:
             raise BadInputError(f"--export: cannot write {page} ({error.strerror})") from None
-        Terminal().print(f"{page}: {page.stat().st_size / 1e6:.1f} MB", highlight=False)
+        Terminal().print(f"{page}: {page.stat().st_size / 1e6:.1f} MB")
         return _verdict(recording)
 
     def _show(self) -> int:
@@ -210,7 +207,7 @@ def _tell(verdicts: Sequence[Verdict]) -> None:
         console.print(verdict_table(verdicts))
         same = sum(verdict.outcome == "identical" for verdict in verdicts)
         line = f"{same} of {len(verdicts)} identical"
-    console.print(line, highlight=False, markup=False, soft_wrap=True)
+    console.print(line, soft_wrap=True)
 
 
 def _verdict(recording: RecordingFrames, head: str = "") -> int:
@@ -222,7 +219,7 @@ def _verdict(recording: RecordingFrames, head: str = "") -> int:
     elif not recording.is_replayed:
         done, code = f"{recording.replayed_s:.1f} s of {recording.end_s:.1f} s", INTERRUPTED
         line = f"interrupted at {done}, identical so far"
-    Terminal().print(head + line, highlight=False, markup=False, soft_wrap=True)
+    Terminal().print(head + line, soft_wrap=True)
     return code
 
 

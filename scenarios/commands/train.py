@@ -183,7 +183,7 @@ def _show(steps: Iterable[TrainingStep], total: int) -> None:
     )
     console, coming = Terminal(stderr=True), iter(steps)
     if (first := next(coming, None)) is None:
-        console.print(f"trained before: {total} of {total} steps", highlight=False)
+        console.print(f"trained before: {total} of {total} steps")
         return
     with Progress(*columns, console=console) as progress:
         task = progress.add_task("training", total=total, loss=float("nan"))

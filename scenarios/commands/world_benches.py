@@ -4,7 +4,7 @@ from dataclasses import dataclass
 from typing import Annotated
 
 from scenarios.commands.bench_shared import TrialBench, measure
-from scenarios.commands.typed_options import MOST_SEED, MOST_WORKERS, at_least
+from scenarios.commands.typed_options import MOST_SEED, at_least
 from scenarios.files.errors import BadInputError
 
 
@@ -47,12 +47,8 @@ class Accuracy:
 class Robustness(TrialBench):
     """Check that the tissue stays physical under violent random motions: 3 s at 200 mm/s."""
 
-    seed: Annotated[int, at_least(0, MOST_SEED)] = 10_000
-    """Seed of the first anatomy and storm; each further one takes the next."""
     episodes: Annotated[int, at_least(1)] = 40
     """Number of storms, one a patient."""
-    workers: Annotated[int, at_least(1, MOST_WORKERS)] = 1
-    """Number of processes that run them."""
 
     def execute(self) -> int:
         """Measure and report; return 1 if a storm broke a law."""
@@ -62,7 +58,7 @@ class Robustness(TrialBench):
 
         return self.report_trials(
             "storms",
-            TrialAttempt(run=run_trial, lost=StormTrial.lost),
+            TrialAttempt(run=run_trial, kind=StormTrial),
             lambda trials, broken: [trial_table(trials), *broken, *caught_lines(trials)],
             broken_lines,
         )

@@ -115,7 +115,6 @@ def _right_arm_may_move(world: World) -> bool:
 
 
 def _always(world: World) -> bool:
-    del world
     return True
 
 

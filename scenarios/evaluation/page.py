@@ -6,29 +6,20 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
-from jinja2 import Environment, FileSystemLoader, StrictUndefined
-
 from scenarios.evaluation import published
 from scenarios.evaluation.plots import ARMS, plots
 from scenarios.evaluation.report import Report
 from scenarios.evaluation.tables import tables
 from scenarios.evaluation.words import counts, interval, rate
-from scenarios.files.outside_text import visible
+from scenarios.files.outside_text import templates
 from scenarios.files.strict_json import dumps
 from scenarios.loop.sensing_metrics import SPAN_S
 
 
 def page(report: Report, made_with: Mapping[str, Any]) -> str:
     """Return the whole page; its links to recordings are paths in the report's folder."""
-    environment = Environment(
-        loader=FileSystemLoader(Path(__file__).parent),
-        autoescape=True,
-        finalize=_shown,
-        undefined=StrictUndefined,
-        trim_blocks=True,
-        lstrip_blocks=True,
-    )
-    return environment.get_template("page.html.jinja").render(
+    template = templates(Path(__file__).parent).get_template("page.html.jinja")
+    return template.render(
         report=report,
         colours={arm: f"arm{k % len(ARMS)}" for k, arm in enumerate(report.arms)},
         tables=tables(report),
@@ -38,8 +29,3 @@ def page(report: Report, made_with: Mapping[str, Any]) -> str:
         span_s=SPAN_S,
         made_with=dumps(made_with, indent=2),
     )
-
-
-def _shown(value: Any) -> Any:
-    """Write out invisible characters of outside text, which Jinja then escapes."""
-    return visible(value) if isinstance(value, str) and not hasattr(value, "__html__") else value

@@ -98,12 +98,10 @@ class _People:
 
     def on_reset(self, world: World) -> None:
         """Act before the first step."""
-        del world
         self._act()
 
     def on_step(self, step: Any) -> None:
         """Act before the next step; stop where the recording breaks off, or should have ended."""
-        del step
         goes_on = self._recording.result is not None
         if self._step == self._n_steps + goes_on:
             raise CutOffError("the recording ends here")

@@ -240,7 +240,6 @@ def _write(file: Path, content: bytes) -> None:
 
 def state(folder: Path) -> Target:
     """Return a world's saved state; another possible state is no fault."""
-    del folder
     world = World()
     world.reset(anatomy_from_seed(10_003))
     whole = {"anatomy": world.anatomy, "world": world.state()}

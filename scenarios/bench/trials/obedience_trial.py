@@ -80,7 +80,6 @@ class PlannerFixed:
 
     def plan(self, observation: Observation) -> Instruction:
         """Return the same instruction for every observation."""
-        del observation
         return self.instruction
 
     def reset(self) -> None:

@@ -27,7 +27,6 @@ class InstrumentLayer:
     """
 
     def __init__(self, scene: viser.SceneApi, root: str, patient: Patient) -> None:
-        del patient
         still, here = np.array([[1.0, 0.0, 0.0, 0.0]]), np.zeros((1, 3))
         self._links = {
             tool: {
@@ -73,7 +72,6 @@ class ClipLayer:
     """
 
     def __init__(self, scene: viser.SceneApi, root: str, patient: Patient) -> None:
-        del patient
         self._legs = scene.add_batched_meshes_simple(
             f"{root}/clips",
             np.asarray(leg().points, np.float32),

@@ -86,7 +86,7 @@ def test_tissue_that_is_detached_from_the_body_is_not_intact() -> None:
 
 
 def test_an_exception_is_a_broken_law() -> None:
-    lost = TrialAttempt(run=run_trial, lost=StormTrial.lost)(-1)
+    lost = TrialAttempt(run=run_trial, kind=StormTrial)(-1)
     (said,) = lost.broken
     assert said.startswith("ValueError")
     assert re.search(r"\.py:\d+\)$", said)  # where it was raised
