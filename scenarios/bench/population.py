@@ -43,6 +43,11 @@ The sources are beside the numbers in `tissue_sim.patient.population` and in doc
 """
 
 
+def bench_population(*, seed: int, patients: int) -> list[Table]:
+    """Compare the patients of consecutive seeds with the published ones."""
+    return [population_table(drawn(seed, patients))]
+
+
 def drawn(seed: int, patients: int) -> tuple[Anatomy, ...]:
     """Return the patients of consecutive seeds."""
     return tuple(anatomy_from_seed(k) for k in range(seed, seed + patients))

@@ -10,7 +10,8 @@ import os
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any, Literal, TypeVar
+from pkgutil import resolve_name
+from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal, TypeVar
 
 from tyro.conf import arg
 
@@ -26,12 +27,22 @@ if TYPE_CHECKING:
 Result = TypeVar("Result", bound="Trial")
 
 
-def measure(what: str, bench: Callable[[], Iterable[Any]]) -> int:
-    """Run a bench below a status line, and print its report; return 0."""
-    with Terminal(stderr=True).status(f"measuring: {what}"):
-        report = list(bench())
-    show(report)
-    return 0
+class Measurement:
+    """A command that measures a part of Calot, with its options as arguments of the bench.
+
+    Attributes:
+        bench: MODULE:FUNCTION, whose result is a report of tables and lines; heavy to import.
+    """
+
+    bench: ClassVar[str]
+
+    def execute(self) -> int:
+        """Measure below a status line, and report; return 0."""
+        part = self.bench.partition(":")[0].rpartition(".")[2]
+        with Terminal(stderr=True).status(f"measuring: {part}"):
+            report = list(resolve_name(self.bench)(**vars(self)))
+        show(report)
+        return 0
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -100,7 +111,7 @@ class ControllerOnTrial(TrialBench):
         """
         from scenarios.loop.episode_config import EpisodeConfig
 
-        require_checkpoint(self.controller, self.checkpoint)
+        require_checkpoint("controller", self.controller, self.checkpoint)
         return EpisodeConfig(
             scenario=scenario,
             planner="scripted",

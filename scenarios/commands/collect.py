@@ -17,7 +17,6 @@ from scenarios.commands.folder_options import claimed, require_kernel_cache, req
 from scenarios.commands.policy_options import (
     require_cameras,
     require_checkpoint,
-    require_planner_checkpoint,
     require_renderer,
 )
 from scenarios.commands.typed_options import MOST_SEED, MOST_WORKERS, at_least, one_of
@@ -38,7 +37,7 @@ from scenarios.demonstration.mix import (
     demonstrations,
 )
 from scenarios.demonstration.pictures import frames_path, picture, pictured
-from scenarios.files.errors import ERROR, BadInputError
+from scenarios.files.errors import ERROR, BadInputError, refusing
 from scenarios.files.outside_text import Terminal
 from scenarios.loop.observer import ProgressDisplay
 from scenarios.workers.pool import run_each
@@ -94,7 +93,7 @@ class Collect:
         require_writable_folder(self.out, "--out")
         require_kernel_cache()
         if self.pictures and self.checkpoint:
-            require_checkpoint("diffusion", self.checkpoint)
+            require_checkpoint("controller", "diffusion", self.checkpoint)
         elif not self.pictures:
             self._require_possible()
         with claimed(self.out, "--out"):
@@ -137,13 +136,13 @@ class Collect:
 
     def _require_possible(self) -> None:
         if self.mix in LEARNED_MIXES:
-            require_checkpoint("diffusion", self.checkpoint)
+            require_checkpoint("controller", "diffusion", self.checkpoint)
         elif self.checkpoint:
             raise BadInputError(f"--checkpoint is only for --mix {', '.join(LEARNED_MIXES)}")
         if self.planner_checkpoint:
             if not self.mix.startswith(ROLLOUT):
                 raise BadInputError("--planner-checkpoint is only for --mix rollouts")
-            require_planner_checkpoint("learned", self.planner_checkpoint)
+            require_checkpoint("planner", "learned", self.planner_checkpoint)
         require_cameras(self.cameras)
         require_cluster(self.cluster, self.out)
 
@@ -151,15 +150,10 @@ class Collect:
         from controller.dataset.merge import merge
 
         parts = sorted((self.out / PARTS).glob("*.parquet"))
-        try:
+        before = f"--out: cannot write the dataset in {self.out} ("
+        after = "); its episodes are complete: free some space and call again"
+        with refusing(ValueError), refusing(OSError, before=before, after=after):
             frames = merge(parts, self.out)
-        except OSError as error:
-            raise BadInputError(
-                f"--out: cannot write the dataset in {self.out} ({error.strerror or error});"
-                " its episodes are complete: free some space and call again"
-            ) from None
-        except ValueError as error:
-            raise BadInputError(str(error)) from None
         return f"dataset: {self.out}, {len(parts)} episodes, {frames} frames"
 
 

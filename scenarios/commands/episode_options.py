@@ -20,7 +20,7 @@ from scenarios.commands.typed_options import (
     policy_of,
     text_of,
 )
-from scenarios.files.errors import BadInputError
+from scenarios.files.errors import BadInputError, refusing
 from scenarios.loop.episode_config import EpisodeConfig
 
 
@@ -78,10 +78,8 @@ class EpisodeOptions:
         require_perception(self.sense_in_force, self.perception_checkpoint)
         if self.act_limit is not None and not 0.0 < self.act_limit < math.inf:
             raise BadInputError(f"--act-limit {self.act_limit:g}: it is a number of s above 0")
-        try:
+        with refusing(ValueError, before="--procedure, --scenario, --magnitude, --sense: "):
             self.first_config()
-        except ValueError as error:
-            raise BadInputError(f"--procedure, --scenario, --magnitude, --sense: {error}") from None
 
     def first_config(self) -> EpisodeConfig:
         """Return the configuration of the first episode.

@@ -1,6 +1,7 @@
 """Benches of what comes from outside: a person's distances, and tampered input."""
 
 from dataclasses import dataclass
+from functools import partial
 from typing import Annotated, Literal
 
 from scenarios.commands.bench_shared import TrialBench, show
@@ -19,9 +20,9 @@ class Distances(TrialBench):
     def execute(self) -> int:
         """Measure and report; return 1 if an error ended a trial."""
         from scenarios.bench.trials.distance_trial import (
-            DistanceExamination,
             DistanceTrial,
             distances_table,
+            examine_distances,
         )
         from scenarios.bench.trials.run_trials import TrialAttempt
         from scenarios.loop.episode_config import EpisodeConfig
@@ -29,7 +30,7 @@ class Distances(TrialBench):
         config = EpisodeConfig(scenario="textbook", seed=self.seed)
         return self.report_trials(
             "distances",
-            TrialAttempt(run=DistanceExamination(config=config), kind=DistanceTrial),
+            TrialAttempt(run=partial(examine_distances, config=config), kind=DistanceTrial),
             lambda trials, errors: [distances_table(trials), *errors],
         )
 

@@ -3,11 +3,11 @@
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
-from typing import Annotated, Literal
+from typing import Annotated, ClassVar, Literal
 
 from tyro.conf import arg
 
-from scenarios.commands.bench_shared import ControllerOnTrial, TrialBench, measure
+from scenarios.commands.bench_shared import ControllerOnTrial, Measurement, TrialBench
 from scenarios.commands.typed_options import MOST_SEED, MOST_WORKERS, at_least, one_of
 from scenarios.files.outside_text import Terminal
 
@@ -16,9 +16,10 @@ MIN_STEPS = 30  # some chunks join in them
 
 
 @dataclass(frozen=True, kw_only=True)
-class BenchController:
+class BenchController(Measurement):
     """Time a chunk of the diffusion controller, and measure how smoothly chunks join."""
 
+    bench: ClassVar[str] = "scenarios.bench.controller:bench_controller"
     checkpoint: Annotated[Path | None, arg(metavar="FILE")] = None
     """Checkpoint; the default is the one that comes with Calot."""
     seed: Annotated[int, at_least(0, MOST_SEED)] = 10_000
@@ -28,32 +29,16 @@ class BenchController:
     steps: Annotated[int, at_least(MIN_STEPS)] = 600
     """Control steps of the episode at each delay."""
 
-    def execute(self) -> int:
-        """Measure and report; return 0."""
-        from scenarios.bench.controller import bench_controller
-
-        return measure(
-            "controller",
-            lambda: bench_controller(
-                checkpoint=self.checkpoint, seed=self.seed, repeats=self.repeats, steps=self.steps
-            ),
-        )
-
 
 @dataclass(frozen=True, kw_only=True)
-class BenchPlanner:
+class BenchPlanner(Measurement):
     """Measure the learned planner's accuracy on rollouts that it was not trained on."""
 
+    bench: ClassVar[str] = "scenarios.bench.planner:bench_planner"
     planner_checkpoint: Annotated[Path | None, arg(metavar="FILE")] = None
     """Checkpoint; the default is the one that comes with Calot."""
     data: tuple[Path, ...] = (Path("runs/held_out"),)
     """Folders of rollouts, as `calot collect --mix rollouts` writes them."""
-
-    def execute(self) -> int:
-        """Measure and report; return 0."""
-        from scenarios.bench.planner import bench_planner
-
-        return measure("planner", lambda: [bench_planner(self.planner_checkpoint, self.data)])
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -71,10 +56,10 @@ class Obedience(ControllerOnTrial):
     def execute(self) -> int:
         """Measure and report; return 1 if an error ended a trial."""
         from scenarios.bench.obedience import obedience_table
-        from scenarios.bench.trials.obedience_trial import ObedienceExamination, ObedienceTrial
+        from scenarios.bench.trials.obedience_trial import ObedienceTrial, examine_obedience
         from scenarios.bench.trials.run_trials import TrialAttempt
 
-        examination = ObedienceExamination(config=self.config(), by=self.by)
+        examination = partial(examine_obedience, config=self.config(), by=self.by)
         return self.report_trials(
             "words",
             TrialAttempt(run=examination, kind=ObedienceTrial),
@@ -94,10 +79,10 @@ class Corrections(ControllerOnTrial):
     def execute(self) -> int:
         """Measure and report; return 1 if an error ended a trial."""
         from scenarios.bench.corrections import corrections_table
-        from scenarios.bench.trials.correction_trial import CorrectionTrial, ForkComparison
+        from scenarios.bench.trials.correction_trial import CorrectionTrial, compare_forks
         from scenarios.bench.trials.run_trials import TrialAttempt
 
-        comparison = ForkComparison(config=self.config(self.scenario))
+        comparison = partial(compare_forks, config=self.config(self.scenario))
         return self.report_trials(
             "corrections",
             TrialAttempt(run=comparison, kind=CorrectionTrial),

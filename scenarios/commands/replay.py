@@ -17,7 +17,7 @@ from tyro.conf import Positional, arg
 from scenarios.commands.browser import LOCAL
 from scenarios.commands.folder_options import require_kernel_cache, require_writable_file
 from scenarios.commands.typed_options import MOST_WORKERS, at_least
-from scenarios.files.errors import FAILED, INTERRUPTED, BadInputError
+from scenarios.files.errors import FAILED, INTERRUPTED, BadInputError, refusing
 from scenarios.files.outside_text import Terminal, output
 from scenarios.recording.verify import (
     EXIT_CODES,
@@ -147,10 +147,8 @@ class Replay:
         recording = self._frames_of(self.files[0], every=EXPORT_EVERY)
         with Terminal(stderr=True).status("drawing") as status:
             html = export(recording, lambda time_s: status.update(f"drawing: {time_s:.0f} s"))
-        try:
+        with refusing(OSError, before=f"--export: cannot write {page} (", after=")"):
             write_atomic(page, html.encode())
-        except OSError as error:
-            raise BadInputError(f"--export: cannot write {page} ({error.strerror})") from None
         Terminal().print(f"{page}: {page.stat().st_size / 1e6:.1f} MB")
         return _verdict(recording)
 
@@ -182,21 +180,15 @@ class Replay:
         from scenarios.recording.recorder import load
         from scenarios.viewer.recording_frames import RecordingFrames
 
-        try:
+        with refusing(ValueError), refusing(OSError, before=f"{file}: "):
             recording = load(file)
-        except OSError as error:
-            raise BadInputError(f"{file}: {error.strerror or error}") from None
-        except ValueError as error:
-            raise BadInputError(str(error)) from None
         if not len(recording.arrays["time_s"]):
             why = f"broke off before its first step: {recording.error}"
             raise BadInputError(f"{file}: it {why if recording.error else 'has no step'}")
-        try:
+        with refusing(ValueError, before=f"{file}: "):
             return RecordingFrames(
                 recording, every=every, allowed=frozenset(filter(None, [self.procedure]))
             )
-        except ValueError as error:
-            raise BadInputError(f"{file}: {error}") from None
 
 
 def _tell(verdicts: Sequence[Verdict]) -> None:

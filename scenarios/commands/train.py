@@ -27,7 +27,7 @@ from scenarios.commands.typed_options import (
     some_of,
 )
 from scenarios.demonstration.mix import KINDS
-from scenarios.files.errors import BadInputError
+from scenarios.files.errors import BadInputError, refusing
 from scenarios.files.outside_text import Terminal, visible
 
 if TYPE_CHECKING:  # heavy to import
@@ -95,10 +95,8 @@ class Train:
                 "--device cuda: torch finds no CUDA device; use --device cpu, or see `calot doctor`"
             )
         torch.set_num_threads(self.threads)
-        try:
+        with refusing(ValueError):
             checkpoint = getattr(self, f"_{self.learner}")(out)
-        except ValueError as error:
-            raise BadInputError(str(error)) from None
         Terminal().print(f"checkpoint: {checkpoint}", soft_wrap=True)
         return 0
 

@@ -14,12 +14,12 @@ from scenarios.evaluation.arm import StudyArm
 from scenarios.evaluation.case import Case
 from scenarios.evaluation.outside import outside
 from scenarios.evaluation.plan import Plan
-from scenarios.files.errors import BadInputError
+from scenarios.files.errors import BadInputError, refusing
 from scenarios.files.strict_json import dumps, plain
 from scenarios.files.sums import MANIFEST, RESULTS, SUMS, add_sum, digest_of, read_sums
 from scenarios.files.versions import source_digest, versions
 from scenarios.loop.episode_config import EpisodeConfig, checkpoint_digests
-from scenarios.loop.results import EpisodeResult, episode_from
+from scenarios.loop.results import EpisodeResult
 from scenarios.perturbation.effects import Effects
 from scenarios.recording.recorder import Recording, load
 from scenarios.recording.schema import SCHEMA_VERSION
@@ -53,10 +53,8 @@ def open_folder(folder: Path, arms: Iterable[StudyArm]) -> None:
                 f"--out {folder}: arm {arm.name!r} was another one there; give it another name, or"
                 " name another folder"
             )
-    try:
+    with refusing(OSError, before=f"--out: cannot write {path} (", after=")"):
         write_atomic(path, (dumps(before, indent=2) + "\n").encode())
-    except OSError as error:
-        raise BadInputError(f"--out: cannot write {path} ({error.strerror})") from None
 
 
 def finished(folder: Path, plan: Plan) -> dict[Case, EpisodeResult]:
@@ -80,12 +78,10 @@ def finished(folder: Path, plan: Plan) -> dict[Case, EpisodeResult]:
         if (result := _result(folder, case, sums, digests[case.arm])) is not None
     }:
         found |= new
-    try:
+    with refusing(OSError, before=f"--out: cannot write {folder / SUMS} (", after=")"):
         for case in found:
             if str(case.recording) not in sums:
                 note(folder, case)
-    except OSError as error:
-        raise BadInputError(f"--out: cannot write {folder / SUMS} ({error.strerror})") from None
     return found
 
 
@@ -112,7 +108,7 @@ def _result(
         if digest_of(path) != sums.get(str(case.recording), digest_of(path)):
             raise ValueError(f"{path} was changed after it was saved: see {SUMS}")
         _require_case(path, recording, case, checkpoints)
-        return episode_from(recording.result)
+        return convert(recording.result, EpisodeResult)
     except (OSError, ValueError) as error:
         raise BadInputError(f"--out: {error}; remove it, or name another folder") from None
 

@@ -62,27 +62,19 @@ class CorrectionTrial(Trial):
     corrected: Course | None = None
 
 
-@dataclass(frozen=True, kw_only=True)
-class ForkComparison:
-    """Compares with and without, under an episode's configuration with each trial's seed."""
-
-    config: EpisodeConfig
-
-    def __call__(self, seed: int) -> CorrectionTrial:
-        """Run the trial on a seed's patient."""
-        episode = begin(replace(self.config, seed=seed))
-        step = _given_back(episode.steps())
-        if step is None:
-            return CorrectionTrial(seed=seed)
-        task, snapshot = step.instruction.task, Snapshot(episode)
-        correction = correction_of(*wanted_motion(task, episode.world))
-        if not correction:
-            return CorrectionTrial(seed=seed)
-        without = _course(snapshot.again(), task, "")
-        corrected = _course(snapshot.again(), task, correction)
-        return CorrectionTrial(
-            seed=seed, correction=correction, without=without, corrected=corrected
-        )
+def compare_forks(seed: int, config: EpisodeConfig) -> CorrectionTrial:
+    """Compare with and without, on a seed's patient, under an episode's configuration."""
+    episode = begin(replace(config, seed=seed))
+    step = _given_back(episode.steps())
+    if step is None:
+        return CorrectionTrial(seed=seed)
+    task, snapshot = step.instruction.task, Snapshot(episode)
+    correction = correction_of(*wanted_motion(task, episode.world))
+    if not correction:
+        return CorrectionTrial(seed=seed)
+    without = _course(snapshot.again(), task, "")
+    corrected = _course(snapshot.again(), task, correction)
+    return CorrectionTrial(seed=seed, correction=correction, without=without, corrected=corrected)
 
 
 def _given_back(steps: Iterator[Step]) -> Step | None:

@@ -80,16 +80,10 @@ class DistanceTrial(Trial):
     distances: tuple[Distance, ...] = ()
 
 
-@dataclass(frozen=True, kw_only=True)
-class DistanceExamination:
-    """Examines an episode's configuration with each trial's seed."""
-
-    config: EpisodeConfig
-
-    def __call__(self, seed: int) -> DistanceTrial:
-        """Run the trial on a seed's patient."""
-        episode = begin(replace(self.config, seed=seed))
-        return DistanceTrial(seed=seed, distances=tuple(_distances(episode, seed)))
+def examine_distances(seed: int, config: EpisodeConfig) -> DistanceTrial:
+    """Run the trial on a seed's patient, under an episode's configuration."""
+    episode = begin(replace(config, seed=seed))
+    return DistanceTrial(seed=seed, distances=tuple(_distances(episode, seed)))
 
 
 def _distances(episode: Episode, seed: int) -> Iterator[Distance]:

@@ -86,31 +86,26 @@ class PlannerFixed:
         """Do nothing: the planner has no state."""
 
 
-@dataclass(frozen=True, kw_only=True)
-class ObedienceExamination:
-    """Examines a controller, under an episode's configuration with each trial's seed.
+def examine_obedience(seed: int, config: EpisodeConfig, by: Speaker = "planner") -> ObedienceTrial:
+    """Run the trial on a seed's patient, under an episode's configuration.
 
-    Attributes:
+    Args:
+        seed: Seed of the patient.
+        config: The episode, but for its seed.
         by: Speaker of the corrections: the planner or a person.
     """
-
-    config: EpisodeConfig
-    by: Speaker = "planner"
-
-    def __call__(self, seed: int) -> ObedienceTrial:
-        """Run the trial on a seed's patient."""
-        episode = begin(replace(self.config, seed=seed))
-        moments_s = sorted(np.random.default_rng(seed).uniform(FIRST_S, LAST_S, MOMENTS).tolist())
-        responses, wrong_tube = list[CorrectionResponse](), None
-        for step in episode.steps():
-            if wrong_tube is None and step.instruction.task == FIRST_CLIP:
-                wrong_tube = _goes_to_the_other_tube(episode)
-            if moments_s and step.time_s >= moments_s[0] and not step.exchange:
-                responses += _responses(episode, step.instruction, self.by)
-                del moments_s[0]
-            if not moments_s:
-                break
-        return ObedienceTrial(seed=seed, responses=tuple(responses), wrong_tube=wrong_tube)
+    episode = begin(replace(config, seed=seed))
+    moments_s = sorted(np.random.default_rng(seed).uniform(FIRST_S, LAST_S, MOMENTS).tolist())
+    responses, wrong_tube = list[CorrectionResponse](), None
+    for step in episode.steps():
+        if wrong_tube is None and step.instruction.task == FIRST_CLIP:
+            wrong_tube = _goes_to_the_other_tube(episode)
+        if moments_s and step.time_s >= moments_s[0] and not step.exchange:
+            responses += _responses(episode, step.instruction, by)
+            del moments_s[0]
+        if not moments_s:
+            break
+    return ObedienceTrial(seed=seed, responses=tuple(responses), wrong_tube=wrong_tube)
 
 
 def is_obeyed(correction: Correction, moved_m: Array, opened_rad: Array) -> bool:
