@@ -87,18 +87,13 @@ class EpisodeOptions:
         Raises:
             ValueError: it is impossible.
         """
+        alike = ("scenario", "procedure", "magnitude", "seed", "planner", "controller", "cameras")
         return EpisodeConfig(
-            scenario=self.scenario,
-            procedure=self.procedure,
-            magnitude=self.magnitude,
-            seed=self.seed,
-            planner=self.planner,
-            controller=self.controller,
+            **{name: getattr(self, name) for name in alike},
             checkpoint=text_of(self.checkpoint),
             planner_checkpoint=text_of(self.planner_checkpoint),
             sense=self.sense_in_force,
             perception_checkpoint=text_of(self.perception_checkpoint),
             safety_filter=self.filter,
-            cameras=self.cameras,
             act_limit_s=self.act_limit,
         )

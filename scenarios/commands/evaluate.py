@@ -112,11 +112,11 @@ class Evaluate:
                 require_policies(
                     arm.planner,
                     arm.controller,
-                    _path(arm.checkpoint),
-                    _path(arm.planner_checkpoint),
+                    arm.checkpoint,
+                    arm.planner_checkpoint,
                     arm.cameras,
                 )
-                require_perception(arm.sense, _path(arm.perception_checkpoint))
+                require_perception(arm.sense, arm.perception_checkpoint)
             self._require_sense(arm)
         if self.fail_under is not None and not 0.0 <= self.fail_under <= 1.0:
             raise BadInputError(f"--fail-under {self.fail_under:g}: a share is from 0 to 1")
@@ -227,7 +227,3 @@ def _named(arm: StudyArm) -> Iterator[None]:
         said = re.sub(r"--((?:\w+-)?checkpoint|cameras)\b", r",\1=", said)
         said = re.sub(r"--(planner|controller) ", r"\1 ", said)
         raise BadInputError(f"--arms {arm.name}: {said}") from None
-
-
-def _path(checkpoint: str | None) -> Path | None:
-    return None if checkpoint is None else Path(checkpoint)

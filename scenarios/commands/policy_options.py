@@ -28,8 +28,8 @@ from tissue_sim.sensing.glance import CAMERA_NAMES
 def require_policies(
     planner: str,
     controller: str,
-    checkpoint: Path | None,
-    planner_checkpoint: Path | None,
+    checkpoint: str | Path | None,
+    planner_checkpoint: str | Path | None,
     cameras: tuple[str, ...] = (),
 ) -> None:
     """Check that both policies can be made.
@@ -58,7 +58,7 @@ def _require_pictured(controller: str, cameras: tuple[str, ...]) -> None:
         )
 
 
-def require_perception(sense: str, checkpoint: Path | None) -> None:
+def require_perception(sense: str, checkpoint: str | Path | None) -> None:
     """Check that a sense can be made: its factory, its checkpoint, and a renderer if it needs one.
 
     Raises:
@@ -117,7 +117,7 @@ _CHECKPOINTS: dict[str, tuple[str, Mapping[str, PolicyEntry | SenseEntry]]] = {
 
 
 def require_checkpoint(
-    role: str, name: str, checkpoint: Path | None, cameras: tuple[str, ...] = ()
+    role: str, name: str, checkpoint: str | Path | None, cameras: tuple[str, ...] = ()
 ) -> None:
     """Check that whatever is learned has a fitting checkpoint, and any other has none.
 

@@ -164,7 +164,6 @@ class Replay:
                 lambda port: ReplayPage(recordings, names, host=self.host, port=port),
                 self.host,
                 self.port,
-                Terminal(stderr=True),
             ),
             suppress(KeyboardInterrupt),
         ):

@@ -3,8 +3,7 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Iterable, Sequence
-from contextlib import AbstractContextManager
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, replace
 from itertools import chain
 from pathlib import Path
@@ -107,27 +106,27 @@ class Train:
         config, base = self._scheduled(training)
         wordless = self.wordless or config.policy.wordless
         config = replace(config, policy=replace(config.policy, wordless=wordless))
-        with _reading(self.data):
-            dataset = demonstrations(self.data, self._choice())
-        return self._trained(training, dataset, config, out, base)
+        return self._trained(
+            training, lambda: demonstrations(self.data, self._choice()), config, out, base
+        )
 
     def _pixels(self, out: Path) -> Path:
         from controller.pixels import training
         from controller.pixels.films import films
 
         config, base = self._scheduled(training)
-        with _reading(self.data):
-            dataset = films(self.data, config.policy, self._choice())
-        return self._trained(training, dataset, config, out, base)
+        return self._trained(
+            training, lambda: films(self.data, config.policy, self._choice()), config, out, base
+        )
 
     def _planner(self, out: Path) -> Path:
         from controller.dataset.rollouts import rollouts
         from planner.learned import training
 
         config, base = self._scheduled(training)
-        with _reading(self.data):
-            dataset = rollouts(self.data, self._choice())
-        return self._trained(training, dataset, config, out, base)
+        return self._trained(
+            training, lambda: rollouts(self.data, self._choice()), config, out, base
+        )
 
     def _perception(self, out: Path) -> Path:
         from controller.perception import training
@@ -148,8 +147,16 @@ class Train:
         return training.join_views(files, config, out, base)
 
     def _trained(
-        self, training: ModuleType, dataset: Sequence, config: Schedule, out: Path, base: Any
+        self,
+        training: ModuleType,
+        read: Callable[[], Sequence],
+        config: Schedule,
+        out: Path,
+        base: Any,
     ) -> Path:
+        reading = Text(visible(f"reading {', '.join(map(str, self.data))}"))
+        with Terminal(stderr=True).status(reading):
+            dataset = read()
         _show(training.train(dataset, config, out, self.device, base), config.steps)
         return out / training.CHECKPOINT_FILE
 
@@ -164,10 +171,6 @@ class Train:
         steps = self.steps or preset.steps
         config = replace(preset, seed=self.seed, steps=steps, bfloat16=self.bfloat16)
         return fine_tuning(training.CHECKPOINTS, config, self.base) if self.base else (config, None)
-
-
-def _reading(data: Sequence[Path]) -> AbstractContextManager:
-    return Terminal(stderr=True).status(Text(visible(f"reading {', '.join(map(str, data))}")))
 
 
 def _show(steps: Iterable[TrainingStep], total: int) -> None:

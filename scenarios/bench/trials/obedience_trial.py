@@ -20,14 +20,13 @@ from planner.instruction import Instruction
 from planner.procedure.cholecystectomy import CHOLECYSTECTOMY
 from planner.procedure.outcomes import structure_of
 from scenarios.bench.trials.run_trials import Trial
-from scenarios.demonstration.interjections import is_harmless
+from scenarios.demonstration.interjections import PlannerFixed, is_harmless
 from scenarios.demonstration.labels import THRESHOLD_RAD
 from scenarios.episode import Episode
 from scenarios.loop.episode_config import EpisodeConfig
 from scenarios.run_episode import begin
 from tissue_sim.frames import Array
 from tissue_sim.patient.tubes import between_jaws
-from tissue_sim.sensing.observation import Observation
 from tissue_sim.tools.arms import RIGHT_ARM
 from tissue_sim.world import World
 
@@ -69,21 +68,6 @@ class ObedienceTrial(Trial):
 
     responses: tuple[CorrectionResponse, ...] = ()
     wrong_tube: bool | None = None
-
-
-@dataclass(frozen=True, kw_only=True)
-class PlannerFixed:
-    """A planner that always gives the same instruction."""
-
-    instruction: Instruction
-    hears_of_success: bool = False
-
-    def plan(self, observation: Observation) -> Instruction:
-        """Return the same instruction for every observation."""
-        return self.instruction
-
-    def reset(self) -> None:
-        """Do nothing: the planner has no state."""
 
 
 def examine_obedience(seed: int, config: EpisodeConfig, by: Speaker = "planner") -> ObedienceTrial:

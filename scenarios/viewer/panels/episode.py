@@ -9,6 +9,7 @@ import viser
 from scenarios.catalogue import SCENARIOS, SENSE_OF
 from scenarios.files.outside_text import visible
 from scenarios.perturbation.manual import MANUAL
+from scenarios.viewer.pace import Pace
 from scenarios.viewer.panels.panel import Panel, asking, pad
 from scenarios.viewer.session_state import Asks, SessionState, State
 
@@ -36,9 +37,9 @@ class TransportPanel(Panel):
             self._speed = gui.add_dropdown(
                 "speed", tuple(SPEEDS), initial_value=_name(ask(SessionState.state).speed)
             )
-        self._start.on_click(asking(ask, SessionState.go_on))
-        self._pause.on_click(asking(ask, SessionState.pause))
-        step.on_click(asking(ask, SessionState.step))
+        self._start.on_click(asking(ask, SessionState.drive, Pace.go_on))
+        self._pause.on_click(asking(ask, SessionState.drive, Pace.pause))
+        step.on_click(asking(ask, SessionState.drive, Pace.step))
         self._speed.on_update(self._on_speed)
 
     async def _on_speed(self, _: object) -> None:

@@ -7,11 +7,13 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from typing import Any
 
 import viser
 
 from scenarios.viewer.layers.layer import Rgb, srgb
 from scenarios.viewer.layers.overlays import FORCE_COLOUR, KEEP_OUT_COLOUR, PLAN_COLOURS
+from scenarios.viewer.pace import Pace
 from scenarios.viewer.panels.panel import Panel, asking, html
 from scenarios.viewer.panels.talk import GO_ON, HOLD
 from scenarios.viewer.session_state import Asks, SessionState, State
@@ -21,12 +23,12 @@ from tissue_sim.rendering.drawn_tissue import looks
 
 @dataclass(frozen=True, kw_only=True)
 class Key:
-    """A key, and what it asks the session: a method, and the command that the method takes."""
+    """A key, and what it asks of the session: a method, and what the method is told."""
 
     hotkey: str
     label: str
     method: Callable[..., None] = SessionState.press
-    command: tuple[str, ...] = ()
+    told: tuple[Any, ...] = ()
     shift: bool = False
 
     @property
@@ -45,12 +47,17 @@ _MOVES = {  # keys of the right hand, placed like arrow keys
 }
 _JAWS = {"Y": "open {} gripper", "P": "close {} gripper"}
 KEYS: tuple[Key, ...] = (
-    Key(hotkey="space", label="start or pause", method=SessionState.start_or_pause),
-    Key(hotkey="N", label="one step", method=SessionState.step),
-    Key(hotkey="H", label="hold still", command=(HOLD,)),
-    Key(hotkey="B", label="back to the planner", command=(GO_ON,)),
+    Key(
+        hotkey="space",
+        label="start or pause",
+        method=SessionState.drive,
+        told=(Pace.start_or_pause,),
+    ),
+    Key(hotkey="N", label="one step", method=SessionState.drive, told=(Pace.step,)),
+    Key(hotkey="H", label="hold still", told=(HOLD,)),
+    Key(hotkey="B", label="back to the planner", told=(GO_ON,)),
     *(
-        Key(hotkey=key, label=said, command=(said,), shift=arm == "left")
+        Key(hotkey=key, label=said, told=(said,), shift=arm == "left")
         for acts in (_MOVES, _JAWS)
         for arm in ("right", "left")
         for key, said in ((key, act.format(arm)) for key, act in acts.items())
@@ -66,7 +73,7 @@ def add_keys(gui: viser.GuiApi, ask: Asks) -> None:
             hotkey=key.hotkey,  # pyright: ignore[reportArgumentType]
             modifier="shift" if key.shift else None,
         )
-        handle.on_trigger(asking(ask, key.method, *key.command))
+        handle.on_trigger(asking(ask, key.method, *key.told))
 
 
 class LegendPanel(Panel):

@@ -19,7 +19,6 @@ def serve(
     make: Callable[[int], PageProcess | DrawnPage],
     host: str,
     port: int | None,
-    console: Terminal,
     say_port: int | None = None,
 ) -> Iterator[None]:
     """Serve a page while the block lasts; the microphone's page, if any, is on `say_port`.
@@ -27,6 +26,7 @@ def serve(
     Raises:
         BadInputError: The page cannot be served on this port.
     """
+    console = Terminal(stderr=True)
     with make(choose_port(host, port, say_port=say_port)) as page:
         if port is None and page.port != FIRST_PORT:
             console.print(f"port {FIRST_PORT} is taken; using {page.port}")
