@@ -31,7 +31,7 @@ from scenarios.commands.typed_options import (
     some_of,
 )
 from scenarios.evaluation.arm import StudyArm, arm_from_text, require_distinct
-from scenarios.files.errors import ERROR, FAILED, INTERRUPTED, BadInputError
+from scenarios.files.errors import ERROR, FAILED, INTERRUPTED, BadInputError, refusing
 from scenarios.files.outside_text import Terminal, output
 from scenarios.files.strict_json import dumps, plain
 from scenarios.files.sums import RESULTS, SUMS, read_sums
@@ -47,6 +47,8 @@ if TYPE_CHECKING:  # heavy to import
     from scenarios.loop.results import EpisodeResult
 
 DEFAULT = arm_from_text(f"{EpisodeConfig.planner}+{EpisodeConfig.controller}")
+UNWRITABLE = "--out: cannot write "
+KEPT = "; finished episodes are kept: free some space and run the command again"
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -139,7 +141,7 @@ class Evaluate:
             with display, closing(self._ended(due, display)) as arriving:
                 for case, tried in arriving:
                     if tried.unwritable is not None:
-                        raise _no_room(tried.unwritable)
+                        raise BadInputError(f"{UNWRITABLE}{tried.unwritable}{KEPT}")
                     results[case] = tried.result
                     if tried.result.error is None:  # else the episode will run again
                         self._note(case)
@@ -148,10 +150,8 @@ class Evaluate:
     def _note(self, case: Case) -> None:
         from scenarios.evaluation.folder import note
 
-        try:
+        with refusing(OSError, before=f"{UNWRITABLE}{self.out / SUMS} (", after=f"){KEPT}"):
             note(self.out, case)
-        except OSError as error:
-            raise _no_room(f"{self.out / SUMS} ({error.strerror})") from None
 
     def _ended(self, due: Sequence[Case], display: ProgressDisplay) -> Generator[Ended, None, None]:
         from scenarios.evaluation.case import after_death, attempt
@@ -191,10 +191,8 @@ class Evaluate:
         return {"config": plain(defaults), "versions": {"source": source_digest()} | versions()}
 
     def _write(self, name: str, text: str) -> None:
-        try:
+        with refusing(OSError, before=f"{UNWRITABLE}{self.out / name} (", after=f"){KEPT}"):
             write_atomic(self.out / name, text.encode())
-        except OSError as error:
-            raise _no_room(f"{self.out / name} ({error.strerror})") from None
 
     def _verdict(self, report: Report) -> int:
         from scenarios.evaluation.report import lowest_pass_rate
@@ -208,13 +206,6 @@ class Evaluate:
         line = f"{arm} passes {rate:.3f} of {suite}, less than --fail-under {self.fail_under:g}"
         Terminal().print(line, soft_wrap=True)
         return FAILED
-
-
-def _no_room(unwritable: str) -> BadInputError:
-    return BadInputError(
-        f"--out: cannot write {unwritable}; finished episodes are kept: free some space and run"
-        " the command again"
-    )
 
 
 @contextmanager

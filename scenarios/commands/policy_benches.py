@@ -1,4 +1,4 @@
-"""Benches of planner, controller and safety filter."""
+"""Benches of planner, controller, safety filter, a person's distances, and tampered input."""
 
 from dataclasses import dataclass
 from functools import partial
@@ -7,8 +7,9 @@ from typing import Annotated, ClassVar, Literal
 
 from tyro.conf import arg
 
-from scenarios.commands.bench_shared import ControllerOnTrial, Measurement, TrialBench
+from scenarios.commands.bench_shared import ControllerOnTrial, Measurement, TrialBench, show
 from scenarios.commands.typed_options import MOST_SEED, MOST_WORKERS, at_least, one_of
+from scenarios.files.errors import FAILED
 from scenarios.files.outside_text import Terminal
 
 ASTRAY = ("grasp-missed-above", "grasp-missed-below", "wrong-tube", "both-tubes", "overshoot")
@@ -55,8 +56,11 @@ class Obedience(ControllerOnTrial):
 
     def execute(self) -> int:
         """Measure and report; return 1 if an error ended a trial."""
-        from scenarios.bench.obedience import obedience_table
-        from scenarios.bench.trials.obedience_trial import ObedienceTrial, examine_obedience
+        from scenarios.bench.trials.obedience_trial import (
+            ObedienceTrial,
+            examine_obedience,
+            obedience_table,
+        )
         from scenarios.bench.trials.run_trials import TrialAttempt
 
         examination = partial(examine_obedience, config=self.config(), by=self.by)
@@ -78,8 +82,11 @@ class Corrections(ControllerOnTrial):
 
     def execute(self) -> int:
         """Measure and report; return 1 if an error ended a trial."""
-        from scenarios.bench.corrections import corrections_table
-        from scenarios.bench.trials.correction_trial import CorrectionTrial, compare_forks
+        from scenarios.bench.trials.correction_trial import (
+            CorrectionTrial,
+            compare_forks,
+            corrections_table,
+        )
         from scenarios.bench.trials.run_trials import TrialAttempt
 
         comparison = partial(compare_forks, config=self.config(self.scenario))
@@ -115,3 +122,51 @@ class Safety(TrialBench):
             lambda trials, broken: [*depth_tables(trials), *broken, times],
             broken_lines,
         )
+
+
+@dataclass(frozen=True, kw_only=True)
+class Distances(TrialBench):
+    """Check that arms go as far as a person says: in an exchange, at work and in a hold."""
+
+    episodes: Annotated[int, at_least(1)] = 7
+    """Number of patients, with a correction in each exchange, and some between them."""
+
+    def execute(self) -> int:
+        """Measure and report; return 1 if an error ended a trial."""
+        from scenarios.bench.trials.distance_trial import (
+            DistanceTrial,
+            distances_table,
+            examine_distances,
+        )
+        from scenarios.bench.trials.run_trials import TrialAttempt
+        from scenarios.loop.episode_config import EpisodeConfig
+
+        config = EpisodeConfig(scenario="textbook", seed=self.seed)
+        return self.report_trials(
+            "distances",
+            TrialAttempt(run=partial(examine_distances, config=config), kind=DistanceTrial),
+            lambda trials, errors: [distances_table(trials), *errors],
+        )
+
+
+@dataclass(frozen=True, kw_only=True)
+class Faults:
+    """Tamper with what Calot reads, by chance, and count how it ends."""
+
+    kind: Literal["files", "texts", "clients", "processes"] = "files"
+    """Which faults."""
+    inputs: Annotated[int | None, at_least(1)] = None
+    """Number of faults; by default 5000 files or texts, 500 clients of a page, 60 commands."""
+    seed: Annotated[int, at_least(0)] = 0
+    """Seed of the edits; an input of a seed is always the same."""
+
+    def execute(self) -> int:
+        """Try and report; return 1 if an input did harm."""
+        from scenarios.bench.faults import KINDS
+        from scenarios.bench.trials.tampering import summary_lines, tally_table
+
+        with Terminal(stderr=True).status("tampering"):
+            kind = KINDS[self.kind]
+            tallies = kind.tally(self.inputs or kind.inputs, self.seed)
+        show([tally_table(tallies), *summary_lines(tallies)])
+        return 0 if all(tally.is_good for tally in tallies.values()) else FAILED

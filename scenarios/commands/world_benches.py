@@ -38,9 +38,14 @@ class Robustness(TrialBench):
 
     def execute(self) -> int:
         """Measure and report; return 1 if a storm broke a law."""
-        from scenarios.bench.robustness import broken_lines, caught_lines, trial_table
         from scenarios.bench.trials.run_trials import TrialAttempt
-        from scenarios.bench.trials.storm_trial import StormTrial, run_trial
+        from scenarios.bench.trials.storm_trial import (
+            StormTrial,
+            broken_lines,
+            caught_lines,
+            run_trial,
+            trial_table,
+        )
 
         return self.report_trials(
             "storms",

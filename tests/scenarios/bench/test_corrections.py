@@ -8,12 +8,12 @@ import pytest
 from controller.expert.targets import clip_pose, grasp_pose
 from planner.correction import CORRECTIONS
 from planner.procedure.cholecystectomy import TASKS
-from scenarios.bench.corrections import corrections_table
 from scenarios.bench.trials.correction_trial import (
     SAID_S,
     CorrectionTrial,
     Course,
     compare_forks,
+    corrections_table,
     wanted_motion,
 )
 from scenarios.bench.trials.run_trials import error_lines

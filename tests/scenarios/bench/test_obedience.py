@@ -4,7 +4,6 @@ import numpy as np
 import pytest
 
 from planner.correction import CORRECTIONS
-from scenarios.bench.obedience import obedience_table
 from scenarios.bench.trials import obedience_trial
 from scenarios.bench.trials.obedience_trial import (
     MIN_M,
@@ -12,6 +11,7 @@ from scenarios.bench.trials.obedience_trial import (
     ObedienceTrial,
     examine_obedience,
     is_obeyed,
+    obedience_table,
 )
 from scenarios.bench.trials.run_trials import error_lines
 from scenarios.catalogue import ORACLE

@@ -6,10 +6,15 @@ from itertools import islice
 import numpy as np
 import pytest
 
-from scenarios.bench.robustness import broken_lines, trial_table
 from scenarios.bench.trials.run_trials import TrialAttempt
 from scenarios.bench.trials.storm import MAX_SPEED_M_S, storm
-from scenarios.bench.trials.storm_trial import StormTrial, intact, run_trial
+from scenarios.bench.trials.storm_trial import (
+    StormTrial,
+    broken_lines,
+    intact,
+    run_trial,
+    trial_table,
+)
 from scenarios.cli import main
 from tissue_sim.frames import Array
 from tissue_sim.patient.at_risk import AT_RISK
