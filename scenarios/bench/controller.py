@@ -17,7 +17,7 @@ from controller.diffusion.graph import Sampler, example_inputs
 from controller.diffusion.policy import CHECKPOINTS, Policy
 from planner.instruction import Instruction
 from planner.learning.checkpoint import CheckpointError
-from scenarios.files.errors import BadInputError
+from scenarios.files.errors import refusing
 from scenarios.files.outside_text import table_of
 from scenarios.loop.episode_config import EpisodeConfig
 from scenarios.run_episode import begin
@@ -38,10 +38,8 @@ def bench_controller(
         BadInputError: The checkpoint does not exist, or does not fit.
     """
     torch.set_num_threads(1)
-    try:
+    with refusing(CheckpointError, before="--checkpoint: "):
         policy = CHECKPOINTS.load(checkpoint)
-    except CheckpointError as error:
-        raise BadInputError(f"--checkpoint: {error}") from None
     return [_times_table(policy, repeats), _joints_table(policy, seed, steps)]
 
 

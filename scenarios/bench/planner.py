@@ -15,29 +15,26 @@ from planner.learned.network import CHECKPOINTS, PlannerNetwork
 from planner.learned.rollout import EVERY, Rollout, Rollouts
 from planner.learned.scoring import PlannerScore, score
 from planner.learning.checkpoint import CheckpointError
-from scenarios.files.errors import BadInputError
+from scenarios.files.errors import BadInputError, refusing
 from scenarios.files.outside_text import table_of
 
 REPEATS = 300
 
 
-def bench_planner(checkpoint: Path | None, data: Sequence[Path]) -> Table:
+def bench_planner(*, planner_checkpoint: Path | None, data: Sequence[Path]) -> list[Table]:
     """Score the planner on the rollouts of learned controllers in these datasets.
 
     Raises:
         BadInputError: The checkpoint does not fit, or the data holds no such rollout.
     """
     torch.set_num_threads(1)
-    try:
-        network = CHECKPOINTS.load(checkpoint)
+    with refusing(CheckpointError, before="--planner-checkpoint: "):
+        network = CHECKPOINTS.load(planner_checkpoint)
+    with refusing(ValueError):
         given = [r for r in rollouts(data) if r.learned]
-        if not given:
-            raise ValueError("--data: no rollout in it; `calot collect --mix rollouts` makes some")
-    except CheckpointError as error:
-        raise BadInputError(f"--planner-checkpoint: {error}") from None
-    except ValueError as error:
-        raise BadInputError(str(error)) from None
-    return _table(score(network, given), _times_ms(network, given[0]), len(given))
+    if not given:
+        raise BadInputError("--data: no rollout in it; `calot collect --mix rollouts` makes some")
+    return [_table(score(network, given), _times_ms(network, given[0]), len(given))]
 
 
 def _table(found: PlannerScore, times_ms: np.ndarray, n: int) -> Table:

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass
 
 import numpy as np
 from rich.table import Table
@@ -24,54 +23,29 @@ MM = 1e-3
 TITLES = {name: name.removesuffix("_m").replace("_", " ") for name in PUBLISHED}
 
 
-@dataclass(frozen=True, kw_only=True)
-class PublishedShare:
-    """A share of patients: the lowest and highest reported value, and the test of membership.
+SHARES: dict[str, tuple[float, float, Callable[[Anatomy], bool]]] = {
+    "duct under 10 mm": (0.15, 0.15, lambda p: p.duct_length_m < 0.010),
+    "duct over 50 mm": (0.03, 0.03, lambda p: p.duct_length_m > 0.050),
+    "artery under 10 mm": (0.095, 0.20, lambda p: p.artery_length_m < 0.010),
+    "two arteries": (
+        SECOND_ARTERY_SHARE,
+        SECOND_ARTERY_SHARE,
+        lambda p: p.second_artery is not None,
+    ),
+    "artery in front": (IN_FRONT_SHARE, IN_FRONT_SHARE, lambda p: p.artery_turn_rad > math.pi / 2),
+    "artery behind": (BEHIND_SHARE, BEHIND_SHARE, lambda p: p.artery_turn_rad < -math.pi / 2),
+    "swapped": (SWAPPED_SHARE, SWAPPED_SHARE, lambda p: p.artery_on_left),
+    "low insertion": (0.031, 0.09, lambda p: p.duct_angle_rad < 0.0),
+}
+"""Shares of patients: the lowest and highest reported value, and the test of membership.
 
-    The sources are beside the numbers in `tissue_sim.patient.population` and in docs/physics.md.
-    """
-
-    title: str
-    low: float
-    high: float
-    has: Callable[[Anatomy], bool]
+The sources are beside the numbers in `tissue_sim.patient.population` and in docs/physics.md.
+"""
 
 
-SHARES = (
-    PublishedShare(
-        title="duct under 10 mm", low=0.15, high=0.15, has=lambda p: p.duct_length_m < 0.010
-    ),
-    PublishedShare(
-        title="duct over 50 mm", low=0.03, high=0.03, has=lambda p: p.duct_length_m > 0.050
-    ),
-    PublishedShare(
-        title="artery under 10 mm", low=0.095, high=0.20, has=lambda p: p.artery_length_m < 0.010
-    ),
-    PublishedShare(
-        title="two arteries",
-        low=SECOND_ARTERY_SHARE,
-        high=SECOND_ARTERY_SHARE,
-        has=lambda p: p.second_artery is not None,
-    ),
-    PublishedShare(
-        title="artery in front",
-        low=IN_FRONT_SHARE,
-        high=IN_FRONT_SHARE,
-        has=lambda p: p.artery_turn_rad > math.pi / 2,
-    ),
-    PublishedShare(
-        title="artery behind",
-        low=BEHIND_SHARE,
-        high=BEHIND_SHARE,
-        has=lambda p: p.artery_turn_rad < -math.pi / 2,
-    ),
-    PublishedShare(
-        title="swapped", low=SWAPPED_SHARE, high=SWAPPED_SHARE, has=lambda p: p.artery_on_left
-    ),
-    PublishedShare(
-        title="low insertion", low=0.031, high=0.09, has=lambda p: p.duct_angle_rad < 0.0
-    ),
-)
+def bench_population(*, seed: int, patients: int) -> list[Table]:
+    """Compare the patients of consecutive seeds with the published ones."""
+    return [population_table(drawn(seed, patients))]
 
 
 def drawn(seed: int, patients: int) -> tuple[Anatomy, ...]:
@@ -100,17 +74,10 @@ def _told(mean: float, sd: float | None, low: float, high: float) -> str:
 
 
 def _shares(patients: Sequence[Anatomy]) -> Iterator[tuple[str, str, str]]:
-    for share in SHARES:
-        both = f"{100 * share.low:.2g} to " if share.low < share.high else ""
-        yield (
-            share.title,
-            f"{both}{100 * share.high:.2g} %",
-            f"{100 * _part(patients, share):.1f} %",
-        )
-
-
-def _part(patients: Sequence[Anatomy], share: PublishedShare) -> float:
-    return sum(map(share.has, patients)) / len(patients)
+    for title, (low, high, has) in SHARES.items():
+        both = f"{100 * low:.2g} to " if low < high else ""
+        found = sum(map(has, patients)) / len(patients)
+        yield title, f"{both}{100 * high:.2g} %", f"{100 * found:.1f} %"
 
 
 def _in_mm(patients: Sequence[Anatomy], name: str) -> Array:

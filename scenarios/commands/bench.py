@@ -7,11 +7,12 @@ from typing import Annotated
 from tyro.conf import OmitSubcommandPrefixes, subcommand
 
 from scenarios.commands.folder_options import require_kernel_cache
-from scenarios.commands.interaction_benches import Distances, Faults
 from scenarios.commands.policy_benches import (
     BenchController,
     BenchPlanner,
     Corrections,
+    Distances,
+    Faults,
     Obedience,
     Safety,
 )

@@ -10,13 +10,14 @@ import os
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any, Literal, TypeVar
+from pkgutil import resolve_name
+from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal, TypeVar
 
 from tyro.conf import arg
 
 from scenarios.catalogue import usual_sense
 from scenarios.commands.policy_options import require_checkpoint
-from scenarios.commands.typed_options import MOST_SEED, at_least
+from scenarios.commands.typed_options import MOST_SEED, MOST_WORKERS, at_least
 from scenarios.files.outside_text import Terminal, output
 
 if TYPE_CHECKING:
@@ -26,20 +27,34 @@ if TYPE_CHECKING:
 Result = TypeVar("Result", bound="Trial")
 
 
-def measure(what: str, bench: Callable[[], Iterable[Any]]) -> int:
-    """Run a bench below a status line, and print its report; return 0."""
-    with Terminal(stderr=True).status(f"measuring: {what}"):
-        report = list(bench())
-    show(report)
-    return 0
+class Measurement:
+    """A command that measures a part of Calot, with its options as arguments of the bench.
+
+    Attributes:
+        bench: MODULE:FUNCTION, whose result is a report of tables and lines; heavy to import.
+    """
+
+    bench: ClassVar[str]
+
+    def execute(self) -> int:
+        """Measure below a status line, and report; return 0."""
+        part = self.bench.partition(":")[0].rpartition(".")[2]
+        with Terminal(stderr=True).status(f"measuring: {part}"):
+            report = list(resolve_name(self.bench)(**vars(self)))
+        show(report)
+        return 0
 
 
+@dataclass(frozen=True, kw_only=True)
 class TrialBench:
     """A command that runs one trial on each patient from a seed on."""
 
-    seed: int
-    episodes: int
-    workers: int
+    seed: Annotated[int, at_least(0, MOST_SEED)] = 10_000
+    """Seed of the first patient, and of what is tried; each further patient takes the next."""
+    episodes: Annotated[int, at_least(1)] = 50
+    """Number of patients."""
+    workers: Annotated[int, at_least(1, MOST_WORKERS)] = 1
+    """Number of processes."""
 
     def report_trials(
         self,
@@ -69,7 +84,7 @@ def show(report: Iterable[Any]) -> None:
     """Print tables and lines, and the state of the machine, on which every time depends."""
     console = output()
     for part in (*report, machine_line()):
-        console.print(part, highlight=False, soft_wrap=isinstance(part, str))
+        console.print(part, soft_wrap=isinstance(part, str))
 
 
 def machine_line() -> str:
@@ -80,15 +95,13 @@ def machine_line() -> str:
 
 
 @dataclass(frozen=True, kw_only=True)
-class ControllerOnTrial:
-    """Options of the benches that try a controller."""
+class ControllerOnTrial(TrialBench):
+    """A command that tries a controller."""
 
     controller: Literal["diffusion", "expert"] = "diffusion"
     """Which controller."""
     checkpoint: Annotated[Path | None, arg(metavar="FILE")] = None
     """Checkpoint of the diffusion controller; the default is the one that comes with Calot."""
-    seed: Annotated[int, at_least(0, MOST_SEED)] = 10_000
-    """Seed of the anatomy; a further patient takes the next."""
 
     def config(self, scenario: str = "textbook") -> EpisodeConfig:
         """Return the first trial's episode.
@@ -98,7 +111,7 @@ class ControllerOnTrial:
         """
         from scenarios.loop.episode_config import EpisodeConfig
 
-        require_checkpoint(self.controller, self.checkpoint)
+        require_checkpoint("controller", self.controller, self.checkpoint)
         return EpisodeConfig(
             scenario=scenario,
             planner="scripted",

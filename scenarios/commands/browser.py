@@ -6,7 +6,6 @@ from contextlib import AbstractContextManager
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from scenarios.files.outside_text import Terminal
 from scenarios.loop.episode_config import EpisodeConfig
 
 if TYPE_CHECKING:
@@ -40,13 +39,11 @@ def page_of(
     from scenarios.viewer.serving.page_process import PageProcess
     from scenarios.viewer.serving.port import choose_port
 
-    console = Terminal(stderr=True)
     if say_port is not None:
         choose_port(host, say_port, "--say-port")
     return serve(
         lambda free: PageProcess(session, host=host, port=free, say_port=say_port),
         host,
         port,
-        console,
         say_port,
     )

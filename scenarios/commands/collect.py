@@ -2,7 +2,7 @@
 
 import math
 import time
-from collections.abc import Generator, Sequence
+from collections.abc import Generator, Iterable, Sequence
 from contextlib import closing
 from dataclasses import dataclass
 from functools import partial
@@ -17,7 +17,6 @@ from scenarios.commands.folder_options import claimed, require_kernel_cache, req
 from scenarios.commands.policy_options import (
     require_cameras,
     require_checkpoint,
-    require_planner_checkpoint,
     require_renderer,
 )
 from scenarios.commands.typed_options import MOST_SEED, MOST_WORKERS, at_least, one_of
@@ -38,10 +37,10 @@ from scenarios.demonstration.mix import (
     demonstrations,
 )
 from scenarios.demonstration.pictures import frames_path, picture, pictured
-from scenarios.files.errors import ERROR, BadInputError
+from scenarios.files.errors import ERROR, BadInputError, refusing
 from scenarios.files.outside_text import Terminal
 from scenarios.loop.observer import ProgressDisplay
-from scenarios.workers.pool import run_side_by_side
+from scenarios.workers.pool import run_each
 
 WITHOUT_PICTURES = tuple(name for name, sense in SENSES.items() if not sense.renders)
 
@@ -94,7 +93,7 @@ class Collect:
         require_writable_folder(self.out, "--out")
         require_kernel_cache()
         if self.pictures and self.checkpoint:
-            require_checkpoint("diffusion", self.checkpoint)
+            require_checkpoint("controller", "diffusion", self.checkpoint)
         elif not self.pictures:
             self._require_possible()
         with claimed(self.out, "--out"):
@@ -127,64 +126,41 @@ class Collect:
             )
         require_alike(self.out, asked, self.cameras)
         waiting = [d for d in asked if not is_finished(d, self.out)]
+        attempt = partial(demonstrate, out=self.out)
         start_s = time.perf_counter()
-        outcomes = self._collect(waiting)
-        console = Terminal()
-        for line in _report(asked, outcomes, time.perf_counter() - start_s):
-            console.print(line, highlight=False, markup=False, soft_wrap=True)
-        console.print(self._merge(), highlight=False, markup=False, soft_wrap=True)
-        return ERROR if any(outcome.error for outcome in outcomes) else 0
+        each = run_each(attempt, waiting, self.workers, broken_off, self.cluster, here=attempt)
+        outcomes = _collected(each, len(waiting))
+        code = _told(_report(asked, outcomes, time.perf_counter() - start_s), outcomes)
+        Terminal().print(self._merge(), soft_wrap=True)
+        return code
 
     def _require_possible(self) -> None:
         if self.mix in LEARNED_MIXES:
-            require_checkpoint("diffusion", self.checkpoint)
+            require_checkpoint("controller", "diffusion", self.checkpoint)
         elif self.checkpoint:
             raise BadInputError(f"--checkpoint is only for --mix {', '.join(LEARNED_MIXES)}")
         if self.planner_checkpoint:
             if not self.mix.startswith(ROLLOUT):
                 raise BadInputError("--planner-checkpoint is only for --mix rollouts")
-            require_planner_checkpoint("learned", self.planner_checkpoint)
+            require_checkpoint("planner", "learned", self.planner_checkpoint)
         require_cameras(self.cameras)
         require_cluster(self.cluster, self.out)
-
-    def _collect(self, waiting: Sequence[PlannedDemonstration]) -> list[DemonstrationOutcome]:
-        outcomes: list[DemonstrationOutcome] = []
-        display = ProgressDisplay(len(waiting), Terminal(stderr=True))
-        with display, closing(self._outcomes(waiting)) as arriving:
-            for outcome in arriving:
-                outcomes.append(written_or_refused(outcome))
-                display.advance()
-        return outcomes
-
-    def _outcomes(
-        self, waiting: Sequence[PlannedDemonstration]
-    ) -> Generator[DemonstrationOutcome, None, None]:
-        attempt = partial(demonstrate, out=self.out)
-        if self.workers > 1 or self.cluster is not None:
-            yield from run_side_by_side(attempt, waiting, self.workers, broken_off, self.cluster)
-        else:
-            yield from map(attempt, waiting)
 
     def _merge(self) -> str:
         from controller.dataset.merge import merge
 
         parts = sorted((self.out / PARTS).glob("*.parquet"))
-        try:
+        before = f"--out: cannot write the dataset in {self.out} ("
+        after = "); its episodes are complete: free some space and call again"
+        with refusing(ValueError), refusing(OSError, before=before, after=after):
             frames = merge(parts, self.out)
-        except OSError as error:
-            raise BadInputError(
-                f"--out: cannot write the dataset in {self.out} ({error.strerror or error});"
-                " its episodes are complete: free some space and call again"
-            ) from None
-        except ValueError as error:
-            raise BadInputError(str(error)) from None
         return f"dataset: {self.out}, {len(parts)} episodes, {frames} frames"
 
 
 def _report(
     asked: Sequence[PlannedDemonstration], outcomes: Sequence[DemonstrationOutcome], wall_s: float
 ) -> list[str]:
-    lines = broken_lines(outcomes)
+    lines = _broken_lines(outcomes)
     passed = sum(outcome.success for outcome in outcomes)
     if outcomes:
         failed = len(outcomes) - passed - len(lines)
@@ -219,38 +195,46 @@ def collect_pictures(first_seed: int, episodes: int, out: Path, checkpoint: str 
             f" pictures are of training seeds, 0 to {TRAINING_SEEDS.stop - 1}"
         )
     require_pictures_alike(out, asked)
-    outcomes: list[DemonstrationOutcome] = []
     waiting = [d for d in asked if not frames_path(d, out).exists()]
-    with ProgressDisplay(len(waiting), Terminal(stderr=True)) as display:
-        for demonstration in waiting:
-            outcomes.append(written_or_refused(picture(demonstration, out)))
-            display.advance()
-    broken = broken_lines(outcomes)
+    outcomes = _collected((picture(d, out) for d in waiting), len(waiting))
+    broken = _broken_lines(outcomes)
     frames = sum(outcome.frames for outcome in outcomes)
     there, new = len(asked) - len(broken), len(waiting) - len(broken)
     line = f"pictures: {out}, {there} episodes, of them {new} new with {frames} frames"
-    for told in (*broken, line):
-        Terminal().print(told, highlight=False, markup=False, soft_wrap=True)
-    return ERROR if broken else 0
+    return _told((*broken, line), outcomes)
 
 
-# Reports on written, unwritable and interrupted episodes
+# Written, unwritable and interrupted episodes
 
 
-def written_or_refused(outcome: DemonstrationOutcome) -> DemonstrationOutcome:
-    """Return the outcome of an episode that was written.
+def _collected(
+    each: Generator[DemonstrationOutcome, None, None], n: int
+) -> list[DemonstrationOutcome]:
+    """Return the outcomes of `n` episodes, below a bar.
 
     Raises:
-        BadInputError: The disk has no room for the episode.
+        BadInputError: The disk has no room for an episode.
     """
-    if outcome.unwritable:
-        raise BadInputError(
-            f"--out: cannot write {outcome.unwritable}; finished episodes are complete: free some"
-            " space and call again"
-        )
-    return outcome
+    outcomes: list[DemonstrationOutcome] = []
+    with ProgressDisplay(n, Terminal(stderr=True)) as display, closing(each) as arriving:
+        for outcome in arriving:
+            if outcome.unwritable:
+                raise BadInputError(
+                    f"--out: cannot write {outcome.unwritable}; finished episodes are complete:"
+                    " free some space and call again"
+                )
+            outcomes.append(outcome)
+            display.advance()
+    return outcomes
 
 
-def broken_lines(outcomes: Sequence[DemonstrationOutcome]) -> list[str]:
+def _broken_lines(outcomes: Sequence[DemonstrationOutcome]) -> list[str]:
     """Return a line for each episode that broke off."""
     return [f"{o.demonstration.name} broke off: {o.error}" for o in outcomes if o.error]
+
+
+def _told(lines: Iterable[str], outcomes: Sequence[DemonstrationOutcome]) -> int:
+    """Print the lines; return the exit code."""
+    for line in lines:
+        Terminal().print(line, soft_wrap=True)
+    return ERROR if any(outcome.error for outcome in outcomes) else 0

@@ -20,7 +20,7 @@ from scenarios.commands.typed_options import (
     policy_of,
     text_of,
 )
-from scenarios.files.errors import BadInputError
+from scenarios.files.errors import BadInputError, refusing
 from scenarios.loop.episode_config import EpisodeConfig
 
 
@@ -80,14 +80,10 @@ class EpisodeOptions:
         require_perception(self.sense_in_force, self.perception_checkpoint)
         if self.act_limit is not None and not 0.0 < self.act_limit < math.inf:
             raise BadInputError(f"--act-limit {self.act_limit:g}: it is a number of s above 0")
-        try:
+        with refusing(ValueError, before="--procedure "):
             require_procedure(self.procedure)
-        except ValueError as error:
-            raise BadInputError(f"--procedure {error}") from None
-        try:
+        with refusing(ValueError, before="--procedure, --scenario, --magnitude, --sense: "):
             self.first_config()
-        except ValueError as error:
-            raise BadInputError(f"--procedure, --scenario, --magnitude, --sense: {error}") from None
 
     def first_config(self) -> EpisodeConfig:
         """Return the configuration of the first episode.
@@ -95,18 +91,13 @@ class EpisodeOptions:
         Raises:
             ValueError: it is impossible.
         """
+        alike = ("scenario", "procedure", "magnitude", "seed", "planner", "controller", "cameras")
         return EpisodeConfig(
-            scenario=self.scenario,
-            procedure=self.procedure,
-            magnitude=self.magnitude,
-            seed=self.seed,
-            planner=self.planner,
-            controller=self.controller,
+            **{name: getattr(self, name) for name in alike},
             checkpoint=text_of(self.checkpoint),
             planner_checkpoint=text_of(self.planner_checkpoint),
             sense=self.sense_in_force,
             perception_checkpoint=text_of(self.perception_checkpoint),
             safety_filter=self.filter,
-            cameras=self.cameras,
             act_limit_s=self.act_limit,
         )

@@ -31,15 +31,14 @@ from scenarios.commands.typed_options import (
     some_of,
 )
 from scenarios.evaluation.arm import StudyArm, arm_from_text, require_distinct
-from scenarios.files.errors import ERROR, FAILED, INTERRUPTED, BadInputError
+from scenarios.files.errors import ERROR, FAILED, INTERRUPTED, BadInputError, refusing
 from scenarios.files.outside_text import Terminal, output
 from scenarios.files.strict_json import dumps, plain
 from scenarios.files.sums import RESULTS, SUMS, read_sums
 from scenarios.loop.episode_config import EpisodeConfig
 from scenarios.loop.observer import ProgressDisplay
 from scenarios.suites import SUITE_NAMES, suite_of
-from scenarios.workers.pool import run_side_by_side
-from scenarios.workers.process import counting
+from scenarios.workers.pool import run_each
 
 if TYPE_CHECKING:  # heavy to import
     from scenarios.evaluation.case import Case, Ended
@@ -48,6 +47,8 @@ if TYPE_CHECKING:  # heavy to import
     from scenarios.loop.results import EpisodeResult
 
 DEFAULT = arm_from_text(f"{EpisodeConfig.planner}+{EpisodeConfig.controller}")
+UNWRITABLE = "--out: cannot write "
+KEPT = "; finished episodes are kept: free some space and run the command again"
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -113,11 +114,11 @@ class Evaluate:
                 require_policies(
                     arm.planner,
                     arm.controller,
-                    _path(arm.checkpoint),
-                    _path(arm.planner_checkpoint),
+                    arm.checkpoint,
+                    arm.planner_checkpoint,
                     arm.cameras,
                 )
-                require_perception(arm.sense, _path(arm.perception_checkpoint))
+                require_perception(arm.sense, arm.perception_checkpoint)
             self._require_sense(arm)
         if self.fail_under is not None and not 0.0 <= self.fail_under <= 1.0:
             raise BadInputError(f"--fail-under {self.fail_under:g}: a share is from 0 to 1")
@@ -138,35 +139,27 @@ class Evaluate:
         while due := plan.due(results):
             display = ProgressDisplay(len(due), Terminal(stderr=True))
             with display, closing(self._ended(due, display)) as arriving:
-                for ended in arriving:
-                    if ended.unwritable is not None:
-                        raise _no_room(ended.unwritable)
-                    results[ended.case] = ended.result
-                    self._note(ended)
+                for case, tried in arriving:
+                    if tried.unwritable is not None:
+                        raise BadInputError(f"{UNWRITABLE}{tried.unwritable}{KEPT}")
+                    results[case] = tried.result
+                    if tried.result.error is None:  # else the episode will run again
+                        self._note(case)
                     display.advance()
 
-    def _note(self, ended: Ended) -> None:
+    def _note(self, case: Case) -> None:
         from scenarios.evaluation.folder import note
 
-        if ended.result.error is not None:  # the episode will run again
-            return
-        try:
-            note(self.out, ended.case)
-        except OSError as error:
-            raise _no_room(f"{self.out / SUMS} ({error.strerror})") from None
+        with refusing(OSError, before=f"{UNWRITABLE}{self.out / SUMS} (", after=f"){KEPT}"):
+            note(self.out, case)
 
     def _ended(self, due: Sequence[Case], display: ProgressDisplay) -> Generator[Ended, None, None]:
         from scenarios.evaluation.case import after_death, attempt
 
         outside = any(case.config.outside for case in due)  # it may end its process
-        if self.workers > 1 or self.cluster is not None or outside:
-            yield from run_side_by_side(
-                partial(attempt, out=self.out), due, self.workers, after_death, self.cluster
-            )
-        else:
-            for case in due:
-                with counting():
-                    yield attempt(case, self.out, [display])
+        here = None if outside else partial(attempt, out=self.out, observers=[display])
+        apart = partial(attempt, out=self.out)
+        return run_each(apart, due, self.workers, after_death, self.cluster, here)
 
     def _report(self, plan: Plan, results: Mapping[Case, EpisodeResult]) -> Report:
         """Write the report and show it."""
@@ -185,7 +178,7 @@ class Evaluate:
             if table.rows and not table.page_only:
                 console.print(table.drawn())
         for name in (RESULTS, "report.html"):
-            console.print(f"{self.out / name}", highlight=False, markup=False, soft_wrap=True)
+            console.print(f"{self.out / name}", soft_wrap=True)
         return report
 
     def _made_with(self) -> dict[str, Any]:
@@ -198,10 +191,8 @@ class Evaluate:
         return {"config": plain(defaults), "versions": {"source": source_digest()} | versions()}
 
     def _write(self, name: str, text: str) -> None:
-        try:
+        with refusing(OSError, before=f"{UNWRITABLE}{self.out / name} (", after=f"){KEPT}"):
             write_atomic(self.out / name, text.encode())
-        except OSError as error:
-            raise _no_room(f"{self.out / name} ({error.strerror})") from None
 
     def _verdict(self, report: Report) -> int:
         from scenarios.evaluation.report import lowest_pass_rate
@@ -213,15 +204,8 @@ class Evaluate:
             return 0
         rate, arm, suite = lowest
         line = f"{arm} passes {rate:.3f} of {suite}, less than --fail-under {self.fail_under:g}"
-        Terminal().print(line, highlight=False, markup=False, soft_wrap=True)
+        Terminal().print(line, soft_wrap=True)
         return FAILED
-
-
-def _no_room(unwritable: str) -> BadInputError:
-    return BadInputError(
-        f"--out: cannot write {unwritable}; finished episodes are kept: free some space and run"
-        " the command again"
-    )
 
 
 @contextmanager
@@ -234,7 +218,3 @@ def _named(arm: StudyArm) -> Iterator[None]:
         said = re.sub(r"--((?:\w+-)?checkpoint|cameras)\b", r",\1=", said)
         said = re.sub(r"--(planner|controller) ", r"\1 ", said)
         raise BadInputError(f"--arms {arm.name}: {said}") from None
-
-
-def _path(checkpoint: str | None) -> Path | None:
-    return None if checkpoint is None else Path(checkpoint)

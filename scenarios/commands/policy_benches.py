@@ -1,14 +1,15 @@
-"""Benches of planner, controller and safety filter."""
+"""Benches of planner, controller, safety filter, a person's distances, and tampered input."""
 
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
-from typing import Annotated, Literal
+from typing import Annotated, ClassVar, Literal
 
 from tyro.conf import arg
 
-from scenarios.commands.bench_shared import ControllerOnTrial, TrialBench, measure
+from scenarios.commands.bench_shared import ControllerOnTrial, Measurement, TrialBench, show
 from scenarios.commands.typed_options import MOST_SEED, MOST_WORKERS, at_least, one_of
+from scenarios.files.errors import FAILED
 from scenarios.files.outside_text import Terminal
 
 ASTRAY = ("grasp-missed-above", "grasp-missed-below", "wrong-tube", "both-tubes", "overshoot")
@@ -16,9 +17,10 @@ MIN_STEPS = 30  # some chunks join in them
 
 
 @dataclass(frozen=True, kw_only=True)
-class BenchController:
+class BenchController(Measurement):
     """Time a chunk of the diffusion controller, and measure how smoothly chunks join."""
 
+    bench: ClassVar[str] = "scenarios.bench.controller:bench_controller"
     checkpoint: Annotated[Path | None, arg(metavar="FILE")] = None
     """Checkpoint; the default is the one that comes with Calot."""
     seed: Annotated[int, at_least(0, MOST_SEED)] = 10_000
@@ -28,36 +30,20 @@ class BenchController:
     steps: Annotated[int, at_least(MIN_STEPS)] = 600
     """Control steps of the episode at each delay."""
 
-    def execute(self) -> int:
-        """Measure and report; return 0."""
-        from scenarios.bench.controller import bench_controller
-
-        return measure(
-            "controller",
-            lambda: bench_controller(
-                checkpoint=self.checkpoint, seed=self.seed, repeats=self.repeats, steps=self.steps
-            ),
-        )
-
 
 @dataclass(frozen=True, kw_only=True)
-class BenchPlanner:
+class BenchPlanner(Measurement):
     """Measure the learned planner's accuracy on rollouts that it was not trained on."""
 
+    bench: ClassVar[str] = "scenarios.bench.planner:bench_planner"
     planner_checkpoint: Annotated[Path | None, arg(metavar="FILE")] = None
     """Checkpoint; the default is the one that comes with Calot."""
     data: tuple[Path, ...] = (Path("runs/held_out"),)
     """Folders of rollouts, as `calot collect --mix rollouts` writes them."""
 
-    def execute(self) -> int:
-        """Measure and report; return 0."""
-        from scenarios.bench.planner import bench_planner
-
-        return measure("planner", lambda: [bench_planner(self.planner_checkpoint, self.data)])
-
 
 @dataclass(frozen=True, kw_only=True)
-class Obedience(ControllerOnTrial, TrialBench):
+class Obedience(ControllerOnTrial):
     """Check whether each correction is obeyed, and the tube is clipped that is told.
 
     A planner's correction is heard by the controller alone; a person's is carried out by rule.
@@ -65,46 +51,48 @@ class Obedience(ControllerOnTrial, TrialBench):
 
     episodes: Annotated[int, at_least(1)] = 50
     """Number of patients, each tested at four times."""
-    workers: Annotated[int, at_least(1, MOST_WORKERS)] = 1
-    """Number of processes."""
     by: Literal["planner", "person"] = "planner"
     """Who says the corrections."""
 
     def execute(self) -> int:
         """Measure and report; return 1 if an error ended a trial."""
-        from scenarios.bench.obedience import obedience_table
-        from scenarios.bench.trials.obedience_trial import ObedienceExamination, ObedienceTrial
+        from scenarios.bench.trials.obedience_trial import (
+            ObedienceTrial,
+            examine_obedience,
+            obedience_table,
+        )
         from scenarios.bench.trials.run_trials import TrialAttempt
 
-        examination = ObedienceExamination(config=self.config(), by=self.by)
+        examination = partial(examine_obedience, config=self.config(), by=self.by)
         return self.report_trials(
             "words",
-            TrialAttempt(run=examination, lost=ObedienceTrial.lost),
+            TrialAttempt(run=examination, kind=ObedienceTrial),
             lambda trials, errors: [obedience_table(trials), *errors],
         )
 
 
 @dataclass(frozen=True, kw_only=True)
-class Corrections(ControllerOnTrial, TrialBench):
+class Corrections(ControllerOnTrial):
     """Measure the gain of a correction after an arm was led astray: with and without it."""
 
     scenario: Annotated[str, one_of(ASTRAY)] = "overshoot"
     """Scenario that leads an arm astray."""
     episodes: Annotated[int, at_least(1)] = 30
     """Number of patients, each corrected once."""
-    workers: Annotated[int, at_least(1, MOST_WORKERS)] = 1
-    """Number of processes."""
 
     def execute(self) -> int:
         """Measure and report; return 1 if an error ended a trial."""
-        from scenarios.bench.corrections import corrections_table
-        from scenarios.bench.trials.correction_trial import CorrectionTrial, ForkComparison
+        from scenarios.bench.trials.correction_trial import (
+            CorrectionTrial,
+            compare_forks,
+            corrections_table,
+        )
         from scenarios.bench.trials.run_trials import TrialAttempt
 
-        comparison = ForkComparison(config=self.config(self.scenario))
+        comparison = partial(compare_forks, config=self.config(self.scenario))
         return self.report_trials(
             "corrections",
-            TrialAttempt(run=comparison, lost=CorrectionTrial.lost),
+            TrialAttempt(run=comparison, kind=CorrectionTrial),
             lambda trials, errors: [corrections_table(trials), *errors],
         )
 
@@ -113,8 +101,6 @@ class Corrections(ControllerOnTrial, TrialBench):
 class Safety(TrialBench):
     """Check that the safety filter withstands attacks on each patient, and time it."""
 
-    seed: Annotated[int, at_least(0, MOST_SEED)] = 10_000
-    """Seed of the first anatomy and its attacks; each further one takes the next."""
     episodes: Annotated[int, at_least(1)] = 50
     """Number of patients; each is attacked 18 times at rest."""
     in_world: Annotated[int, at_least(0)] = 2
@@ -132,7 +118,55 @@ class Safety(TrialBench):
             times = time_table(self.seed)
         return self.report_trials(
             "attacks",
-            TrialAttempt(run=partial(run_trial, in_world=self.in_world), lost=AttackTrial.lost),
+            TrialAttempt(run=partial(run_trial, in_world=self.in_world), kind=AttackTrial),
             lambda trials, broken: [*depth_tables(trials), *broken, times],
             broken_lines,
         )
+
+
+@dataclass(frozen=True, kw_only=True)
+class Distances(TrialBench):
+    """Check that arms go as far as a person says: in an exchange, at work and in a hold."""
+
+    episodes: Annotated[int, at_least(1)] = 7
+    """Number of patients, with a correction in each exchange, and some between them."""
+
+    def execute(self) -> int:
+        """Measure and report; return 1 if an error ended a trial."""
+        from scenarios.bench.trials.distance_trial import (
+            DistanceTrial,
+            distances_table,
+            examine_distances,
+        )
+        from scenarios.bench.trials.run_trials import TrialAttempt
+        from scenarios.loop.episode_config import EpisodeConfig
+
+        config = EpisodeConfig(scenario="textbook", seed=self.seed)
+        return self.report_trials(
+            "distances",
+            TrialAttempt(run=partial(examine_distances, config=config), kind=DistanceTrial),
+            lambda trials, errors: [distances_table(trials), *errors],
+        )
+
+
+@dataclass(frozen=True, kw_only=True)
+class Faults:
+    """Tamper with what Calot reads, by chance, and count how it ends."""
+
+    kind: Literal["files", "texts", "clients", "processes"] = "files"
+    """Which faults."""
+    inputs: Annotated[int | None, at_least(1)] = None
+    """Number of faults; by default 5000 files or texts, 500 clients of a page, 60 commands."""
+    seed: Annotated[int, at_least(0)] = 0
+    """Seed of the edits; an input of a seed is always the same."""
+
+    def execute(self) -> int:
+        """Try and report; return 1 if an input did harm."""
+        from scenarios.bench.faults import KINDS
+        from scenarios.bench.trials.tampering import summary_lines, tally_table
+
+        with Terminal(stderr=True).status("tampering"):
+            kind = KINDS[self.kind]
+            tallies = kind.tally(self.inputs or kind.inputs, self.seed)
+        show([tally_table(tallies), *summary_lines(tallies)])
+        return 0 if all(tally.is_good for tally in tallies.values()) else FAILED

@@ -8,7 +8,6 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from importlib import import_module
 from pathlib import Path
-from typing import Any
 
 from planner.policy_setup import PolicySetup
 from scenarios.catalogue import (
@@ -21,7 +20,7 @@ from scenarios.catalogue import (
     policy_named,
     sense_named,
 )
-from scenarios.files.errors import BadInputError
+from scenarios.files.errors import BadInputError, refusing
 from scenarios.files.outside_text import Terminal
 from tissue_sim.sensing.glance import CAMERA_NAMES
 
@@ -29,8 +28,8 @@ from tissue_sim.sensing.glance import CAMERA_NAMES
 def require_policies(
     planner: str,
     controller: str,
-    checkpoint: Path | None,
-    planner_checkpoint: Path | None,
+    checkpoint: str | Path | None,
+    planner_checkpoint: str | Path | None,
     cameras: tuple[str, ...] = (),
 ) -> None:
     """Check that both policies can be made.
@@ -44,8 +43,8 @@ def require_policies(
         if ":" in name:
             _require_factory(option, name)
     _require_pictured(controller, cameras)
-    require_checkpoint(controller, checkpoint, cameras)
-    require_planner_checkpoint(planner, planner_checkpoint)
+    require_checkpoint("controller", controller, checkpoint, cameras)
+    require_checkpoint("planner", planner, planner_checkpoint)
     if policy_named(planner).endpoint:
         require_endpoint()
 
@@ -59,7 +58,7 @@ def _require_pictured(controller: str, cameras: tuple[str, ...]) -> None:
         )
 
 
-def require_perception(sense: str, checkpoint: Path | None) -> None:
+def require_perception(sense: str, checkpoint: str | Path | None) -> None:
     """Check that a sense can be made: its factory, its checkpoint, and a renderer if it needs one.
 
     Raises:
@@ -69,7 +68,7 @@ def require_perception(sense: str, checkpoint: Path | None) -> None:
     if ":" in sense:
         _require_factory("--sense", sense)
     else:
-        require_perception_checkpoint(sense, checkpoint)
+        require_checkpoint("sense", sense, checkpoint)
     if sense_named(sense).renders:
         require_renderer(f"--sense {sense}")
 
@@ -83,8 +82,6 @@ def say_who_acts(
     line += "" if person is None else f"; person: {person} (scripted: it sees the truth)"
     Terminal(stderr=True).print(
         f"{line}\nsense: {sense}: {sense_named(sense).description}",
-        highlight=False,
-        markup=False,
         soft_wrap=True,
     )
 
@@ -105,69 +102,41 @@ def _is_privileged(name: str) -> bool:
 def _require_factory(option: str, name: str) -> None:
     from scenarios.loop.policies import require_factory
 
-    try:
+    with refusing(ValueError, before=f"{option} "):
         require_factory(name)
-    except ValueError as error:
-        raise BadInputError(f"{option} {error}") from None
 
 
 # Checkpoints, of policies and of perception
 
+_CHECKPOINTS: dict[str, tuple[str, Mapping[str, PolicyEntry | SenseEntry]]] = {
+    "controller": ("--checkpoint", CONTROLLERS),
+    "planner": ("--planner-checkpoint", PLANNERS),
+    "sense": ("--perception-checkpoint", SENSES),
+}
+"""By role: the option, and what it may be for."""
+
 
 def require_checkpoint(
-    controller: str, checkpoint: Path | None, cameras: tuple[str, ...] = ()
+    role: str, name: str, checkpoint: str | Path | None, cameras: tuple[str, ...] = ()
 ) -> None:
-    """Check that a learned controller has a fitting checkpoint, and any other has none.
+    """Check that whatever is learned has a fitting checkpoint, and any other has none.
 
     Raises:
-        BadInputError: the checkpoint is missing, does not fit, or is not wanted; or it needs
-            pictures of cameras that are not among those named.
+        BadInputError: the checkpoint is missing, does not fit, or is not wanted; or a controller
+            needs pictures of cameras that are not among those named.
     """
-    option = "--checkpoint"
-    if module := _needed(option, "controller", controller, checkpoint, CONTROLLERS):
-        config = _require_fit(option, checkpoint, module)
-        try:
-            PolicySetup(cameras=cameras).require_cameras(option, getattr(config, "cameras", ()))
-        except ValueError as error:
-            raise BadInputError(str(error)) from None
+    from planner.learning.checkpoint import CheckpointError
 
-
-def require_planner_checkpoint(planner: str, checkpoint: Path | None) -> None:
-    """Check the checkpoint of a planner in the same way."""
-    option = "--planner-checkpoint"
-    if module := _needed(option, "planner", planner, checkpoint, PLANNERS):
-        _require_fit(option, checkpoint, module)
-
-
-def require_perception_checkpoint(sense: str, checkpoint: Path | None) -> None:
-    """Check the checkpoint of a sense that perceives pictures in the same way."""
-    option = "--perception-checkpoint"
-    if module := _needed(option, "sense", sense, checkpoint, SENSES):
-        _require_fit(option, checkpoint, module)
-
-
-def _needed(
-    option: str,
-    role: str,
-    name: str,
-    checkpoint: Path | None,
-    known: Mapping[str, PolicyEntry | SenseEntry],
-) -> str | None:
-    """Return the module that reads the checkpoint that is needed; None for none."""
+    option, known = _CHECKPOINTS[role]
     able = learned(known)
     if name not in able and checkpoint is not None and ":" not in name:
         raise BadInputError(f"{option}: {role} {name!r} takes none; these do: {', '.join(able)}")
-    return known[name].checkpoint if name in able else None
-
-
-def _require_fit(option: str, checkpoint: Path | None, module: str) -> Any:
-    """Return the checkpoint's configuration, by `module`, the learner's, heavy to import."""
-    from planner.learning.checkpoint import CheckpointError
-
-    try:
-        return import_module(module).CHECKPOINTS.config(checkpoint)
-    except CheckpointError as error:
-        raise BadInputError(f"{option}: {error}") from None
+    if name not in able or (module := known[name].checkpoint) is None:
+        return
+    with refusing(CheckpointError, before=f"{option}: "):
+        config = import_module(module).CHECKPOINTS.config(checkpoint)  # heavy to import
+    with refusing(ValueError):
+        PolicySetup(cameras=cameras).require_cameras(option, getattr(config, "cameras", ()))
 
 
 # The language model's endpoint
@@ -182,10 +151,8 @@ def require_endpoint() -> None:
     from planner.chat_endpoint import EndpointError, endpoint_from_environment
     from planner.llm import require_answer
 
-    try:
+    with refusing(ValueError, EndpointError):
         require_answer(endpoint_from_environment())
-    except (ValueError, EndpointError) as error:
-        raise BadInputError(str(error)) from None
 
 
 # Options that need a renderer

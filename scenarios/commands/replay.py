@@ -17,7 +17,7 @@ from tyro.conf import Positional, arg
 from scenarios.commands.browser import LOCAL
 from scenarios.commands.folder_options import require_kernel_cache, require_writable_file
 from scenarios.commands.typed_options import MOST_WORKERS, at_least
-from scenarios.files.errors import FAILED, INTERRUPTED, BadInputError
+from scenarios.files.errors import FAILED, INTERRUPTED, BadInputError, refusing
 from scenarios.files.outside_text import Terminal, output
 from scenarios.recording.verify import (
     EXIT_CODES,
@@ -27,7 +27,7 @@ from scenarios.recording.verify import (
     verdict_table,
     verify,
 )
-from scenarios.workers.pool import run_side_by_side
+from scenarios.workers.pool import run_each
 
 if TYPE_CHECKING:
     from scenarios.viewer.recording_frames import RecordingFrames
@@ -131,10 +131,7 @@ class Replay:
     def _verdicts(self, files: Sequence[Path]) -> Generator[Verdict, None, None]:
         named = (self.planner, self.controller, self.sense, self.procedure)
         check = partial(verify, allowed=None if self.trust else frozenset(filter(None, named)))
-        if self.workers > 1:
-            yield from run_side_by_side(check, files, self.workers, lost)
-        else:
-            yield from map(check, files)
+        return run_each(check, files, self.workers, lost, here=check)
 
     def _check(self) -> int:
         recording = self._frames_of(self.files[0], every=1_000_000)
@@ -150,11 +147,9 @@ class Replay:
         recording = self._frames_of(self.files[0], every=EXPORT_EVERY)
         with Terminal(stderr=True).status("drawing") as status:
             html = export(recording, lambda time_s: status.update(f"drawing: {time_s:.0f} s"))
-        try:
+        with refusing(OSError, before=f"--export: cannot write {page} (", after=")"):
             write_atomic(page, html.encode())
-        except OSError as error:
-            raise BadInputError(f"--export: cannot write {page} ({error.strerror})") from None
-        Terminal().print(f"{page}: {page.stat().st_size / 1e6:.1f} MB", highlight=False)
+        Terminal().print(f"{page}: {page.stat().st_size / 1e6:.1f} MB")
         return _verdict(recording)
 
     def _show(self) -> int:
@@ -169,7 +164,6 @@ class Replay:
                 lambda port: ReplayPage(recordings, names, host=self.host, port=port),
                 self.host,
                 self.port,
-                Terminal(stderr=True),
             ),
             suppress(KeyboardInterrupt),
         ):
@@ -185,21 +179,15 @@ class Replay:
         from scenarios.recording.recorder import load
         from scenarios.viewer.recording_frames import RecordingFrames
 
-        try:
+        with refusing(ValueError), refusing(OSError, before=f"{file}: "):
             recording = load(file)
-        except OSError as error:
-            raise BadInputError(f"{file}: {error.strerror or error}") from None
-        except ValueError as error:
-            raise BadInputError(str(error)) from None
         if not len(recording.arrays["time_s"]):
             why = f"broke off before its first step: {recording.error}"
             raise BadInputError(f"{file}: it {why if recording.error else 'has no step'}")
-        try:
+        with refusing(ValueError, before=f"{file}: "):
             return RecordingFrames(
                 recording, every=every, allowed=frozenset(filter(None, [self.procedure]))
             )
-        except ValueError as error:
-            raise BadInputError(f"{file}: {error}") from None
 
 
 def _tell(verdicts: Sequence[Verdict]) -> None:
@@ -210,7 +198,7 @@ def _tell(verdicts: Sequence[Verdict]) -> None:
         console.print(verdict_table(verdicts))
         same = sum(verdict.outcome == "identical" for verdict in verdicts)
         line = f"{same} of {len(verdicts)} identical"
-    console.print(line, highlight=False, markup=False, soft_wrap=True)
+    console.print(line, soft_wrap=True)
 
 
 def _verdict(recording: RecordingFrames, head: str = "") -> int:
@@ -222,7 +210,7 @@ def _verdict(recording: RecordingFrames, head: str = "") -> int:
     elif not recording.is_replayed:
         done, code = f"{recording.replayed_s:.1f} s of {recording.end_s:.1f} s", INTERRUPTED
         line = f"interrupted at {done}, identical so far"
-    Terminal().print(head + line, highlight=False, markup=False, soft_wrap=True)
+    Terminal().print(head + line, soft_wrap=True)
     return code
 
 

@@ -25,7 +25,7 @@ from scenarios.commands.policy_options import require_renderer, say_who_acts
 from scenarios.commands.typed_options import MOST_WORKERS, at_least, one_of, text_of
 from scenarios.demonstration.alike import require_joinable
 from scenarios.demonstration.mix import TRAINING_SEEDS
-from scenarios.files.errors import ERROR, FAILED, INTERRUPTED, BadInputError, WorkerDiedError
+from scenarios.files.errors import ERROR, FAILED, INTERRUPTED, BadInputError
 from scenarios.files.outside_text import Terminal, output
 from scenarios.files.strict_json import plain
 from scenarios.files.sums import MANIFEST, RESULTS
@@ -33,7 +33,7 @@ from scenarios.loop.episode_config import EpisodeConfig
 from scenarios.loop.observer import Observer, ProgressDisplay
 from scenarios.loop.person.script import Timed, read_script
 from scenarios.loop.results import EpisodeResult, summarise, write_results
-from scenarios.recording.attempt import Attempt, attempt_and_keep, broken_off, trace_path
+from scenarios.recording.attempt import Attempt, attempt_episode, lost, trace_path
 from scenarios.recording.result_tables import (
     act_lines,
     call_lines,
@@ -47,8 +47,7 @@ from scenarios.recording.result_tables import (
     task_table,
 )
 from scenarios.recording.video import VideoWriter
-from scenarios.workers.pool import run_side_by_side
-from scenarios.workers.process import counting
+from scenarios.workers.pool import run_each
 
 if TYPE_CHECKING:
     from scenarios.demonstration.interventions import Interventions
@@ -213,16 +212,20 @@ class Run(EpisodeOptions):
     def _attempts(
         self, observers: Sequence[Observer], session: SessionState | None
     ) -> Generator[Attempt, None, None]:
-        configs = self._configs()
         alone = bool(session or self.video or self.save_interventions)  # they watch each step
         outside = bool(self.first_config().outside) and not alone
-        if self.workers > 1 or self.cluster is not None or outside:
-            attempt = partial(attempt_and_keep, out=self.out)
-            yield from run_side_by_side(attempt, configs, self.workers, _lost, self.cluster)
-        else:
-            for config in configs:
-                with counting():
-                    yield _attempted(config, self.out, observers, session)
+
+        def here(config: EpisodeConfig) -> Attempt:
+            if session is None:
+                return attempt_episode(config, self.out, observers)
+            session.begin(config)
+            watching = (*observers, session.interventions, session.watcher)
+            return attempt_episode(config, self.out, watching, session.inbox)
+
+        apart = partial(attempt_episode, out=self.out)
+        return run_each(
+            apart, self._configs(), self.workers, lost, self.cluster, None if outside else here
+        )
 
     def _report(self, episodes: Sequence[EpisodeResult]) -> None:
         console = output()
@@ -264,22 +267,6 @@ def _no_room(unwritable: str) -> BadInputError:
     )
 
 
-def _lost(config: EpisodeConfig, error: WorkerDiedError) -> Attempt:
-    """Return the attempt of an episode that ended by the death of its process."""
-    return Attempt(result=broken_off(config, error))
-
-
-def _attempted(
-    config: EpisodeConfig, out: Path, observers: Sequence[Observer], session: SessionState | None
-) -> Attempt:
-    """Run one episode, shown in the viewer if there is one."""
-    if session is None:
-        return attempt_and_keep(config, out, observers)
-    session.begin(config)
-    watching = (*observers, session.interventions, session.watcher)
-    return attempt_and_keep(config, out, watching, session.inbox)
-
-
 def exit_code(episodes: Sequence[EpisodeResult]) -> int:
     """Return 3 after any error, else 1 after any failure or call without need, else 0."""
     summary = summarise(episodes)
@@ -305,4 +292,4 @@ def unsaid_lines(episodes: Sequence[EpisodeResult], script: Sequence[Timed]) -> 
 
 
 def _say(console: Terminal, line: str) -> None:
-    console.print(line, highlight=False, markup=False, soft_wrap=True)
+    console.print(line, soft_wrap=True)

@@ -3,8 +3,7 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Iterable, Sequence
-from contextlib import AbstractContextManager
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, replace
 from itertools import chain
 from pathlib import Path
@@ -27,7 +26,7 @@ from scenarios.commands.typed_options import (
     some_of,
 )
 from scenarios.demonstration.mix import KINDS
-from scenarios.files.errors import BadInputError
+from scenarios.files.errors import BadInputError, refusing
 from scenarios.files.outside_text import Terminal, visible
 
 if TYPE_CHECKING:  # heavy to import
@@ -95,10 +94,8 @@ class Train:
                 "--device cuda: torch finds no CUDA device; use --device cpu, or see `calot doctor`"
             )
         torch.set_num_threads(self.threads)
-        try:
+        with refusing(ValueError):
             checkpoint = getattr(self, f"_{self.learner}")(out)
-        except ValueError as error:
-            raise BadInputError(str(error)) from None
         Terminal().print(f"checkpoint: {checkpoint}", soft_wrap=True)
         return 0
 
@@ -109,27 +106,27 @@ class Train:
         config, base = self._scheduled(training)
         wordless = self.wordless or config.policy.wordless
         config = replace(config, policy=replace(config.policy, wordless=wordless))
-        with _reading(self.data):
-            dataset = demonstrations(self.data, self._choice())
-        return self._trained(training, dataset, config, out, base)
+        return self._trained(
+            training, lambda: demonstrations(self.data, self._choice()), config, out, base
+        )
 
     def _pixels(self, out: Path) -> Path:
         from controller.pixels import training
         from controller.pixels.films import films
 
         config, base = self._scheduled(training)
-        with _reading(self.data):
-            dataset = films(self.data, config.policy, self._choice())
-        return self._trained(training, dataset, config, out, base)
+        return self._trained(
+            training, lambda: films(self.data, config.policy, self._choice()), config, out, base
+        )
 
     def _planner(self, out: Path) -> Path:
         from controller.dataset.rollouts import rollouts
         from planner.learned import training
 
         config, base = self._scheduled(training)
-        with _reading(self.data):
-            dataset = rollouts(self.data, self._choice())
-        return self._trained(training, dataset, config, out, base)
+        return self._trained(
+            training, lambda: rollouts(self.data, self._choice()), config, out, base
+        )
 
     def _perception(self, out: Path) -> Path:
         from controller.perception import training
@@ -150,8 +147,16 @@ class Train:
         return training.join_views(files, config, out, base)
 
     def _trained(
-        self, training: ModuleType, dataset: Sequence, config: Schedule, out: Path, base: Any
+        self,
+        training: ModuleType,
+        read: Callable[[], Sequence],
+        config: Schedule,
+        out: Path,
+        base: Any,
     ) -> Path:
+        reading = Text(visible(f"reading {', '.join(map(str, self.data))}"))
+        with Terminal(stderr=True).status(reading):
+            dataset = read()
         _show(training.train(dataset, config, out, self.device, base), config.steps)
         return out / training.CHECKPOINT_FILE
 
@@ -168,10 +173,6 @@ class Train:
         return fine_tuning(training.CHECKPOINTS, config, self.base) if self.base else (config, None)
 
 
-def _reading(data: Sequence[Path]) -> AbstractContextManager:
-    return Terminal(stderr=True).status(Text(visible(f"reading {', '.join(map(str, data))}")))
-
-
 def _show(steps: Iterable[TrainingStep], total: int) -> None:
     loss = TextColumn("loss {task.fields[loss]:.4f}")
     columns = (
@@ -183,7 +184,7 @@ def _show(steps: Iterable[TrainingStep], total: int) -> None:
     )
     console, coming = Terminal(stderr=True), iter(steps)
     if (first := next(coming, None)) is None:
-        console.print(f"trained before: {total} of {total} steps", highlight=False)
+        console.print(f"trained before: {total} of {total} steps")
         return
     with Progress(*columns, console=console) as progress:
         task = progress.add_task("training", total=total, loss=float("nan"))

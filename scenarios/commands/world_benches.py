@@ -1,93 +1,76 @@
 """Benches of the world: its speed, alone and with the stack, its laws, its patients."""
 
 from dataclasses import dataclass
-from typing import Annotated
+from typing import Annotated, ClassVar
 
-from scenarios.commands.bench_shared import TrialBench, measure
-from scenarios.commands.typed_options import MOST_SEED, MOST_WORKERS, at_least
-from scenarios.files.errors import BadInputError
+from scenarios.commands.bench_shared import Measurement, TrialBench
+from scenarios.commands.typed_options import MOST_SEED, at_least
 
 
 @dataclass(frozen=True, kw_only=True)
-class BenchWorld:
+class BenchWorld(Measurement):
     """Time each stage of the world on one core."""
 
+    bench: ClassVar[str] = "scenarios.bench.world:bench_world"
     seed: Annotated[int, at_least(0, MOST_SEED)] = 10_003
     """Seed of the anatomy."""
     steps: Annotated[int, at_least(1)] = 300
     """Control steps to measure, after the warm-up."""
 
-    def execute(self) -> int:
-        """Measure and report; return 0."""
-        from scenarios.bench.world import bench_world
-
-        return measure("world", lambda: bench_world(seed=self.seed, steps=self.steps))
-
 
 @dataclass(frozen=True, kw_only=True)
-class BenchStack:
+class BenchStack(Measurement):
     """Time each stage of the learned stack on one core, and its start."""
 
+    bench: ClassVar[str] = "scenarios.bench.stack:bench_stack"
     seed: Annotated[int, at_least(0, MOST_SEED)] = 10_003
     """Seed of the anatomy."""
     steps: Annotated[int, at_least(1)] = 3000
     """Control steps to measure; the procedure may end before."""
 
-    def execute(self) -> int:
-        """Measure and report; return 0."""
-        from scenarios.bench.stack import bench_stack
-
-        return measure("stack", lambda: bench_stack(seed=self.seed, steps=self.steps))
-
 
 @dataclass(frozen=True, kw_only=True)
-class Accuracy:
+class Accuracy(Measurement):
     """Measure the tissue's error against its static solution after a retraction by 20 mm."""
 
+    bench: ClassVar[str] = "scenarios.bench.accuracy:bench_accuracy"
     seed: Annotated[int, at_least(0, MOST_SEED)] = 10_003
     """Seed of the anatomy."""
     steps: Annotated[int, at_least(1)] = 300
     """Control steps for which the retraction is held."""
-
-    def execute(self) -> int:
-        """Measure and report; return 0."""
-        from scenarios.bench.accuracy import bench_accuracy
-
-        try:
-            return measure("accuracy", lambda: bench_accuracy(seed=self.seed, steps=self.steps))
-        except ArithmeticError as error:  # there is no static solution to compare with
-            raise BadInputError(f"--seed {self.seed}: {error}; take another seed") from error
 
 
 @dataclass(frozen=True, kw_only=True)
 class Robustness(TrialBench):
     """Check that the tissue stays physical under violent random motions: 3 s at 200 mm/s."""
 
-    seed: Annotated[int, at_least(0, MOST_SEED)] = 10_000
-    """Seed of the first anatomy and storm; each further one takes the next."""
     episodes: Annotated[int, at_least(1)] = 40
     """Number of storms, one a patient."""
-    workers: Annotated[int, at_least(1, MOST_WORKERS)] = 1
-    """Number of processes that run them."""
 
     def execute(self) -> int:
         """Measure and report; return 1 if a storm broke a law."""
-        from scenarios.bench.robustness import broken_lines, caught_lines, trial_table
         from scenarios.bench.trials.run_trials import TrialAttempt
-        from scenarios.bench.trials.storm_trial import StormTrial, run_trial
+        from scenarios.bench.trials.storm_trial import (
+            StormTrial,
+            broken_lines,
+            caught_lines,
+            run_trial,
+            trial_table,
+        )
 
         return self.report_trials(
             "storms",
-            TrialAttempt(run=run_trial, lost=StormTrial.lost),
+            TrialAttempt(run=run_trial, kind=StormTrial),
             lambda trials, broken: [trial_table(trials), *broken, *caught_lines(trials)],
             broken_lines,
         )
 
 
 @dataclass(frozen=True, kw_only=True)
-class Parallel:
+class Parallel(Measurement):
     """Measure the speedup by threads in state mode, and by processes with cameras."""
 
+    bench: ClassVar[str] = "scenarios.bench.parallel:bench_parallel"
     seed: Annotated[int, at_least(0, MOST_SEED)] = 10_000
     """Seed of the first anatomy; each further one takes the next."""
     steps: Annotated[int, at_least(1)] = 30
@@ -97,29 +80,13 @@ class Parallel:
     most: Annotated[int, at_least(1)] = 4
     """Largest number of threads, and of processes with cameras; 1, 2, 4 ... are measured."""
 
-    def execute(self) -> int:
-        """Measure and report; return 0."""
-        from scenarios.bench.parallel import bench_parallel
-
-        return measure(
-            "parallel",
-            lambda: bench_parallel(
-                seed=self.seed, steps=self.steps, worlds=self.worlds, most=self.most
-            ),
-        )
-
 
 @dataclass(frozen=True, kw_only=True)
-class Population:
+class Population(Measurement):
     """Compare the patients that seeds draw with the published population."""
 
+    bench: ClassVar[str] = "scenarios.bench.population:bench_population"
     seed: Annotated[int, at_least(0, MOST_SEED)] = 0
     """Seed of the first patient; each further one takes the next."""
     patients: Annotated[int, at_least(1)] = 10_000
     """Number of patients."""
-
-    def execute(self) -> int:
-        """Draw and report; return 0."""
-        from scenarios.bench.population import drawn, population_table
-
-        return measure("patients", lambda: [population_table(drawn(self.seed, self.patients))])

@@ -17,7 +17,7 @@ from planner.learning.files import DAMAGED
 from scenarios.demonstration.demonstrate import FAILED, PARTS, checkpoints_of
 from scenarios.demonstration.mix import FAILING, PlannedDemonstration
 from scenarios.demonstration.pictures import MADE_WITH
-from scenarios.files.errors import BadInputError
+from scenarios.files.errors import BadInputError, refusing
 from tissue_sim.constants import WORLD_VERSION
 
 if TYPE_CHECKING:  # heavy to import
@@ -36,10 +36,9 @@ def headers_in(out: Path) -> Iterator[tuple[Path, Header]]:
     from controller.dataset.part import header_of
 
     for part in sorted(path for name in (PARTS, FAILED) for path in (out / name).glob("*.parquet")):
-        try:
-            yield part, header_of(part)
-        except ValueError as error:
-            raise BadInputError(str(error)) from None
+        with refusing(ValueError):
+            header = header_of(part)
+        yield part, header
 
 
 def require_alike(out: Path, asked: Sequence[PlannedDemonstration], cameras: Sequence[str]) -> None:

@@ -5,8 +5,8 @@ from __future__ import annotations
 import os
 import time
 import traceback
-from collections.abc import Callable, Iterator, Sequence
-from contextlib import contextmanager
+from collections.abc import Callable
+from contextlib import ExitStack
 from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
@@ -33,7 +33,6 @@ if TYPE_CHECKING:  # heavy to import
     from planner.base import Planner
     from scenarios.episode import Episode as Running
     from scenarios.loop.episode_config import EpisodeConfig
-    from scenarios.loop.observer import Observer
     from tissue_sim.sensing.observation import Observation
     from tissue_sim.world import World
 
@@ -117,6 +116,7 @@ def run(demonstration: PlannedDemonstration, part: Path) -> Demonstrated:
     """Run the demonstration, and film it into files beside `part`; return its frames."""
     from controller.dataset.dataset_episode import DatasetEpisode, Header
     from scenarios.demonstration.demonstration_recorder import DemonstrationRecorder
+    from scenarios.demonstration.filming import Filming
     from scenarios.demonstration.rollout_recorder import RolloutRecorder
     from scenarios.demonstration.turns import expert_acts
     from scenarios.files.strict_json import plain
@@ -127,7 +127,8 @@ def run(demonstration: PlannedDemonstration, part: Path) -> Demonstrated:
     episode = begun(demonstration, render=bool(cameras))
     make = RolloutRecorder if demonstration.is_rollout else DemonstrationRecorder
     recorder = make(lambda: expert_acts(episode.controller), filmed=bool(cameras))
-    with _filming(cameras, part) as filming:
+    with ExitStack() as filmed:
+        filming = [filmed.enter_context(Filming(cameras, part))] if cameras else []
         result = play(episode, [recorder, *filming], time.perf_counter())
     header = Header(
         seed=seed,
@@ -142,18 +143,6 @@ def run(demonstration: PlannedDemonstration, part: Path) -> Demonstrated:
         checkpoints=checkpoints_of(demonstration),
     )
     return DatasetEpisode(header=header, columns=recorder.columns(seed, kind))
-
-
-@contextmanager
-def _filming(cameras: Sequence[str], part: Path) -> Iterator[list[Observer]]:
-    """Yield the filming observers; none without cameras."""
-    if not cameras:
-        yield []
-        return
-    from scenarios.demonstration.filming import Filming
-
-    with Filming(cameras, part) as filming:
-        yield [filming]
 
 
 def begun(demonstration: PlannedDemonstration, *, render: bool = False) -> Running:

@@ -65,7 +65,7 @@ class FailureTracker:
             self._names &= {SLIP}
         if not led:
             self._names |= self._unplanned(world)
-            self._names -= {name for name in self._names if is_undone(name, world, task)}
+            self._names -= {name for name in self._names if UNDONE[name](world, task)}
         return any(name != SLIP or not gallbladder_held(world) for name in self._names)
 
     def _unplanned(self, world: World) -> set[str]:
@@ -74,11 +74,6 @@ class FailureTracker:
         lost = self._grasped and not gallbladder_held(world)
         self._grasped &= not lost
         return {name for name, so in ((SLIP, lost), (HOOK, grasper_hooked(world))) if so}
-
-
-def is_undone(name: str, world: World, task: Task) -> bool:
-    """Return whether the failure that perturbation `name` caused in a task is undone."""
-    return UNDONE[name](world, task)
 
 
 def _arm_is_out(arm: int) -> Callable[[World, Task], bool]:
@@ -112,3 +107,4 @@ UNDONE: dict[str, Callable[[World, Task], bool]] = {
     HOOK: _grasp_needs_no_undoing,
     DROP: lambda world, _: world.record.clip_loaded,
 }
+"""By perturbation: whether the failure that it caused in a task is undone."""

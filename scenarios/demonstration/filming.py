@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, ClassVar, Self
 
 from controller.dataset.part import video_path
 from scenarios.demonstration.demonstration_recorder import is_frame
-from scenarios.loop.results import EpisodeResult
+from scenarios.loop.observer import Observer
 from scenarios.loop.senses import specs_of
 from scenarios.loop.step import Step
 from tissue_sim.rendering.shader_pack import COLOR_PICTURE
@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 KEYFRAMES = 2  # from one to the next, as in LeRobot's own videos
 
 
-class Filming:
+class Filming(Observer):
     """Observes one episode in a `with` block; the videos are complete when the block is left."""
 
     needs_images: ClassVar[bool] = True
@@ -51,9 +51,6 @@ class Filming:
             for name, video in self._videos.items():
                 video.add(self._shown[name])
         self._take()
-
-    def on_end(self, result: EpisodeResult) -> None:
-        """Do nothing."""
 
     def _take(self) -> None:
         assert self._world.view is not None, "a world that is filmed has cameras"

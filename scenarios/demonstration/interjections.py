@@ -1,11 +1,12 @@
-"""A planner that randomly gives one of the 18 corrections, so that the expert demonstrates them.
+"""Planners of demonstrations: one gives random corrections, one always the same instruction.
 
+The expert demonstrates the 18 corrections that the first one gives at random times.
 SRT-H's controller gets one string; during a correction, the task waits.
 """
 
 from __future__ import annotations
 
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -81,6 +82,21 @@ class PlannerInterjecting:
         return replace(said, correction=self._correction)
 
 
+@dataclass(frozen=True, kw_only=True)
+class PlannerFixed:
+    """A planner that always gives the same instruction."""
+
+    instruction: Instruction
+    hears_of_success: bool = False
+
+    def plan(self, observation: Observation) -> Instruction:
+        """Return the same instruction for every observation."""
+        return self.instruction
+
+    def reset(self) -> None:
+        """Do nothing: the planner has no state."""
+
+
 def is_harmless(correction: Correction, world: World) -> bool:
     """Return whether the correction can be carried out now without injury or violated interlock."""
     arms = ("left", "right") if correction.arm == "both" else (correction.arm,)
@@ -90,10 +106,6 @@ def is_harmless(correction: Correction, world: World) -> bool:
 def _grasper_may_open(world: World) -> bool:
     """Return whether the grasper can open, so that it can grasp the released tissue again."""
     return not gallbladder_held(world) or not world.record.clips
-
-
-def _grasper_may_close(world: World) -> bool:
-    return not gallbladder_held(world)
 
 
 def _grasper_may_move(world: World) -> bool:
@@ -114,11 +126,6 @@ def _right_arm_may_move(world: World) -> bool:
     return world.record.jaws_opened or right_arm_back(world)
 
 
-def _always(world: World) -> bool:
-    del world
-    return True
-
-
 def _waits_shut(world: World) -> bool:
     """Return whether the grasper holds and the right jaws are shut, not at work."""
     return gallbladder_held(world) and bool(world.arms.joints[RIGHT_ARM, 6] < WAITING_MAX_RAD)
@@ -127,8 +134,8 @@ def _waits_shut(world: World) -> bool:
 _ALLOWED = {
     ("left", None): _grasper_may_move,
     ("left", "open"): _grasper_may_open,
-    ("left", "close"): _grasper_may_close,
+    ("left", "close"): lambda world: not gallbladder_held(world),
     ("right", None): _right_arm_may_move,
-    ("right", "open"): _always,
+    ("right", "open"): lambda _: True,
     ("right", "close"): _right_jaws_may_close,
 }

@@ -104,11 +104,9 @@ class Interventions:
             checkpoints=checkpoint_digests(self._config),
         )
         episode = Demonstrated(header=header, columns=self._recorder.columns(seed, INTERVENTION))
-        self._path = self._path or self._free_path(seed)
+        parts = self._out / PARTS
+        paths = (parts / f"{seed:05d}-{INTERVENTION}-{n:03d}.parquet" for n in count())
+        self._path = self._path or next(path for path in paths if not path.exists())
         write_atomic(self._path, part_bytes(episode))
-        merge(sorted((self._out / PARTS).glob("*.parquet")), self._out)
+        merge(sorted(parts.glob("*.parquet")), self._out)
         return self._path
-
-    def _free_path(self, seed: int) -> Path:
-        paths = (self._out / PARTS / f"{seed:05d}-{INTERVENTION}-{n:03d}.parquet" for n in count())
-        return next(path for path in paths if not path.exists())

@@ -6,8 +6,9 @@ In random orders of the procedure, instructions decide which tube is next.
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import islice
+from typing import Any
 
 import numpy as np
 
@@ -100,31 +101,29 @@ def demonstrations(
     first_seed: int,
     episodes: int,
     *,
-    noise: bool = True,
+    artery_below_m: float = math.inf,
     checkpoint: str = "",
     planner: str = "",
-    sense: str = "tracked",
-    cameras: tuple[str, ...] = (),
-    artery_below_m: float = math.inf,
+    **how: Any,
 ) -> list[PlannedDemonstration]:
     """Plan a demonstration for each training seed with a short enough artery.
 
     A larger number of episodes only adds some. Patients for whom a person must be called are left
     out.
+
+    Args:
+        mix: A key of `MIXES`.
+        first_seed: Seed of the first demonstration, unless its patient is left out.
+        episodes: Number of demonstrations, fewer if the training seeds end.
+        artery_below_m: Patients with a longer artery are left out.
+        checkpoint, planner: Checkpoints, for the kinds in which a learned policy acts.
+        how: Further fields of every `PlannedDemonstration`.
     """
 
     def planned(seed: int) -> PlannedDemonstration:
-        kind = _kind(mix, seed)
-        learned = kind.partition(FAILING)[0] in OF_THE_LEARNED
-        return PlannedDemonstration(
-            seed=seed,
-            kind=kind,
-            noise=noise,
-            checkpoint=checkpoint if learned else "",
-            planner=planner if learned else "",
-            sense=sense,
-            cameras=cameras,
-        )
+        by_expert = PlannedDemonstration(seed=seed, kind=_kind(mix, seed), **how)
+        learned = by_expert.family in OF_THE_LEARNED
+        return replace(by_expert, checkpoint=checkpoint, planner=planner) if learned else by_expert
 
     every = map(planned, range(first_seed, TRAINING_SEEDS.stop))
     return list(islice((d for d in every if _is_asked_for(d, artery_below_m)), episodes))

@@ -131,6 +131,9 @@ def picture(demonstration: PlannedDemonstration, out: Path) -> DemonstrationOutc
 
 
 def _frames(demonstration: PlannedDemonstration) -> Iterator[dict[str, Any]]:
+    from planner.instruction import Instruction
+    from planner.procedure.cholecystectomy import GRAB
+    from scenarios.demonstration.interjections import PlannerFixed
     from tissue_sim.sensing.observation import tip_to_tubes_m
 
     episode = begun(demonstration, render=True)
@@ -139,7 +142,7 @@ def _frames(demonstration: PlannedDemonstration) -> Iterator[dict[str, Any]]:
         world.conditions = replace(world.conditions, dyed=rng.uniform(0.0, MOST_DYED))
     grabs_only = why_call(world.anatomy) is not None
     if grabs_only:
-        episode.planner = PlannerGrabbing()
+        episode.planner = PlannerFixed(instruction=Instruction(task=GRAB))
     wait = 0
     for step in episode.steps():
         wait -= 1
@@ -148,22 +151,6 @@ def _frames(demonstration: PlannedDemonstration) -> Iterator[dict[str, Any]]:
             wait = NEAR_STEPS if tip_to_tubes_m(step.exact) < NEAR_M else FAR_STEPS
         if grabs_only and step.time_s > GRAB_S:
             return
-
-
-class PlannerGrabbing:
-    """A planner that always instructs the grab."""
-
-    hears_of_success = False
-
-    def plan(self, observation: Observation) -> Any:
-        """Return the first task."""
-        from planner.instruction import Instruction
-        from planner.procedure.cholecystectomy import GRAB
-
-        return Instruction(task=GRAB, time_s=observation.time_s)
-
-    def reset(self) -> None:
-        """Do nothing: the planner has no state."""
 
 
 def labelled_frame(world: World, exact: Observation, rng: np.random.Generator) -> dict[str, Any]:

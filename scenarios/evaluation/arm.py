@@ -51,24 +51,17 @@ def arm_from_text(text: str) -> StudyArm:
 
 
 def _options(words: Sequence[str]) -> dict[str, Any]:
-    given = dict(_option(word) for word in words)
+    given: dict[str, Any] = {}
+    for word in words:
+        name, _, value = word.partition("=")
+        if name not in OPTIONS or not value:
+            raise ValueError(f"unknown option {word!r}; allowed: {', '.join(OPTIONS)}, each =VALUE")
+        given[name.replace("-", "_")] = tuple(value.split("+")) if name == "cameras" else value
     if len(given) < len(words):
         raise ValueError(f"{','.join(words)!r}: an option is given twice")
-    if "filter" in given:
-        switch = given.pop("filter")
-        if switch not in ("on", "off"):
-            raise ValueError(f"filter={switch!r}; allowed: on, off")
-        given["safety_filter"] = switch == "on"
-    if "cameras" in given:
-        given["cameras"] = tuple(given["cameras"].split("+"))
-    return given
-
-
-def _option(word: str) -> tuple[str, Any]:
-    name, _, value = word.partition("=")
-    if name not in OPTIONS or not value:
-        raise ValueError(f"unknown option {word!r}; allowed: {', '.join(OPTIONS)}, each =VALUE")
-    return name.replace("-", "_"), value
+    if (switch := given.pop("filter", "on")) not in ("on", "off"):
+        raise ValueError(f"filter={switch!r}; allowed: on, off")
+    return given | {"safety_filter": switch == "on"}
 
 
 def require_distinct(arms: Sequence[StudyArm]) -> None:

@@ -10,8 +10,7 @@ from scenarios.evaluation.arm import StudyArm
 from scenarios.files.errors import WorkerDiedError
 from scenarios.loop.episode_config import EpisodeConfig
 from scenarios.loop.observer import Observer
-from scenarios.loop.results import EpisodeResult
-from scenarios.recording.attempt import attempt_and_keep, broken_off
+from scenarios.recording.attempt import Attempt, attempt_episode, lost
 from scenarios.suites import Condition
 
 
@@ -49,17 +48,7 @@ class Case:
         return self.folder / "episodes" / f"{self.seed}.npz"
 
 
-@dataclass(frozen=True, kw_only=True)
-class Ended:
-    """A case and its result.
-
-    Attributes:
-        unwritable: The reason why its recording could not be saved; None if it was saved.
-    """
-
-    case: Case
-    result: EpisodeResult
-    unwritable: str | None = None
+Ended = tuple[Case, Attempt]
 
 
 def attempt(case: Case, out: Path, observers: Sequence[Observer] = ()) -> Ended:
@@ -68,10 +57,9 @@ def attempt(case: Case, out: Path, observers: Sequence[Observer] = ()) -> Ended:
 
     inbox = Inbox()
     inbox.arrange(case.condition.said)
-    tried = attempt_and_keep(case.config, out / case.folder, observers, inbox)
-    return Ended(case=case, result=tried.result, unwritable=tried.unwritable)
+    return case, attempt_episode(case.config, out / case.folder, observers, inbox)
 
 
 def after_death(case: Case, error: WorkerDiedError) -> Ended:
     """Return the result of a case whose process died; without a recording, it runs again later."""
-    return Ended(case=case, result=broken_off(case.config, error))
+    return case, lost(case.config, error)

@@ -1,25 +1,30 @@
-"""A report's folder: the origin of its episodes, and the list of finished ones."""
+"""A report's folder: the origin of its episodes, and the list of finished ones.
+
+Part of the origin is what is not part of Calot: a user's modules, or a language model.
+"""
 
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
 from contextlib import suppress
+from hashlib import sha256
+from importlib.util import find_spec
 from pathlib import Path
 from typing import Any, Literal
 
 from msgspec import Struct, convert
 
 from planner.learning.files import from_json, write_atomic
+from scenarios.catalogue import policy_named
 from scenarios.evaluation.arm import StudyArm
 from scenarios.evaluation.case import Case
-from scenarios.evaluation.outside import outside
 from scenarios.evaluation.plan import Plan
-from scenarios.files.errors import BadInputError
+from scenarios.files.errors import BadInputError, refusing
 from scenarios.files.strict_json import dumps, plain
 from scenarios.files.sums import MANIFEST, RESULTS, SUMS, add_sum, digest_of, read_sums
 from scenarios.files.versions import source_digest, versions
 from scenarios.loop.episode_config import EpisodeConfig, checkpoint_digests
-from scenarios.loop.results import EpisodeResult, episode_from
+from scenarios.loop.results import EpisodeResult
 from scenarios.perturbation.effects import Effects
 from scenarios.recording.recorder import Recording, load
 from scenarios.recording.schema import SCHEMA_VERSION
@@ -53,10 +58,8 @@ def open_folder(folder: Path, arms: Iterable[StudyArm]) -> None:
                 f"--out {folder}: arm {arm.name!r} was another one there; give it another name, or"
                 " name another folder"
             )
-    try:
+    with refusing(OSError, before=f"--out: cannot write {path} (", after=")"):
         write_atomic(path, (dumps(before, indent=2) + "\n").encode())
-    except OSError as error:
-        raise BadInputError(f"--out: cannot write {path} ({error.strerror})") from None
 
 
 def finished(folder: Path, plan: Plan) -> dict[Case, EpisodeResult]:
@@ -80,12 +83,10 @@ def finished(folder: Path, plan: Plan) -> dict[Case, EpisodeResult]:
         if (result := _result(folder, case, sums, digests[case.arm])) is not None
     }:
         found |= new
-    try:
+    with refusing(OSError, before=f"--out: cannot write {folder / SUMS} (", after=")"):
         for case in found:
             if str(case.recording) not in sums:
                 note(folder, case)
-    except OSError as error:
-        raise BadInputError(f"--out: cannot write {folder / SUMS} ({error.strerror})") from None
     return found
 
 
@@ -112,7 +113,7 @@ def _result(
         if digest_of(path) != sums.get(str(case.recording), digest_of(path)):
             raise ValueError(f"{path} was changed after it was saved: see {SUMS}")
         _require_case(path, recording, case, checkpoints)
-        return episode_from(recording.result)
+        return convert(recording.result, EpisodeResult)
     except (OSError, ValueError) as error:
         raise BadInputError(f"--out: {error}; remove it, or name another folder") from None
 
@@ -165,4 +166,36 @@ def _described(arm: StudyArm) -> dict[str, Any]:
     """Return the system as plain data: checkpoints and users' code by content, not by path."""
     choices = {k: v for k, v in arm.stack.items() if not k.endswith("checkpoint")}
     digests = checkpoint_digests(EpisodeConfig(**arm.stack))
-    return plain(choices) | {"checkpoints": digests} | outside(arm)
+    return plain(choices) | {"checkpoints": digests} | _outside(arm)
+
+
+def _outside(arm: StudyArm) -> dict[str, str]:
+    """Return the SHA-256 of each policy's own code, and the language model's name, as far as used.
+
+    Raises:
+        BadInputError: A policy's module has no file.
+        OSError: A file cannot be read.
+        ValueError: The environment names no language model.
+    """
+    found = {f"{role} code": _code_digest(name) for role, name in arm.outside.items()}
+    if policy_named(arm.planner).endpoint:
+        from planner.chat_endpoint import endpoint_from_environment
+
+        found["language model"] = endpoint_from_environment().model
+    return found
+
+
+def _code_digest(name: str) -> str:
+    """Return the SHA-256 of the file of a policy's module, or of all *.py of its whole package."""
+    contents = (f"{file.name}\n".encode() + file.read_bytes() for file in _files(name))
+    return sha256(b"\0".join(contents)).hexdigest()
+
+
+def _files(name: str) -> list[Path]:
+    package = name.partition(":")[0].partition(".")[0]
+    spec = find_spec(package)
+    if spec is None or not (spec.submodule_search_locations or spec.has_location):
+        raise BadInputError(f"--arms: {name}: the module {package} has no file")
+    if folders := spec.submodule_search_locations:
+        return sorted(file for folder in folders for file in Path(folder).rglob("*.py"))
+    return [Path(spec.origin or "")]

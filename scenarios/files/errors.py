@@ -6,7 +6,8 @@ Most modules import this one, so it is light.
 import os
 import sys
 import traceback
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from functools import wraps
 from pathlib import Path
 from typing import IO, ParamSpec
@@ -22,6 +23,20 @@ INTERRUPTED = 130  # as after Ctrl-C in a shell
 
 class BadInputError(ValueError):
     """A person's input is invalid; the message names the value and the allowed ones (exit 2)."""
+
+
+@contextmanager
+def refusing(*kinds: type[Exception], before: str = "", after: str = "") -> Iterator[None]:
+    """Refuse the input of a block that raises one of these errors: in its words, and those around.
+
+    Raises:
+        BadInputError: The block did; of an error of the system it names only the reason.
+    """
+    try:
+        yield
+    except kinds as error:
+        why = getattr(error, "strerror", None) or error
+        raise BadInputError(f"{before}{why}{after}") from None
 
 
 class WorkerDiedError(RuntimeError):

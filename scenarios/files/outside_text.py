@@ -2,7 +2,7 @@
 
 A terminal obeys escape sequences, rich obeys `[markup]`, a browser obeys tags, and both reverse
 text at right-to-left marks. Every console of Calot is a `Terminal`; pages use `in_html`, or
-`visible` in a template that escapes.
+`templates`, which escape.
 Reports are printed on `output()`, most of their tables are made by `table_of`.
 """
 
@@ -11,7 +11,8 @@ from __future__ import annotations
 import os
 from collections.abc import Iterable, Sequence
 from html import escape
-from typing import Any
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
 from unicodedata import category
 
 from rich.console import Console
@@ -19,6 +20,9 @@ from rich.table import Table
 from rich.text import Text
 
 from scenarios.files.errors import silence
+
+if TYPE_CHECKING:
+    from jinja2 import Environment
 
 
 def visible(text: str) -> str:
@@ -29,6 +33,25 @@ def visible(text: str) -> str:
 def in_html(text: str) -> str:
     """Return HTML that shows the text unchanged."""
     return escape(visible(text))
+
+
+def templates(folder: Path) -> Environment:
+    """Return a folder's Jinja templates; they show any string unchanged, as `in_html` does."""
+    from jinja2 import Environment, FileSystemLoader, StrictUndefined
+
+    return Environment(
+        loader=FileSystemLoader(folder),
+        autoescape=True,
+        finalize=_written_out,
+        undefined=StrictUndefined,
+        trim_blocks=True,
+        lstrip_blocks=True,
+    )
+
+
+def _written_out(value: Any) -> Any:
+    """Write out invisible characters of outside text, which Jinja then escapes."""
+    return visible(value) if isinstance(value, str) and not hasattr(value, "__html__") else value
 
 
 class Terminal(Console):

@@ -64,9 +64,8 @@ class Stack:
     cameras: tuple[str, ...] = ()
 
     def __post_init__(self) -> None:
-        _require_named("planner", self.planner, PLANNERS)
-        _require_named("controller", self.controller, CONTROLLERS)
-        _require_named("sense", self.sense, SENSES)
+        for role, known in (("planner", PLANNERS), ("controller", CONTROLLERS), ("sense", SENSES)):
+            _require_named(role, getattr(self, role), known)
         if self.ablation is not None:
             _require_known("ablation", self.ablation, ABLATIONS)
         if self.person is not None:
@@ -215,17 +214,14 @@ def checkpoint_digests(config: EpisodeConfig) -> dict[str, str]:
         CheckpointError: No checkpoint is named, and none is shipped.
         OSError: A checkpoint cannot be read.
     """
-    files: dict[str, str | Path | None] = {
-        "controller": config.checkpoint,
-        "planner": config.planner_checkpoint,
-        "perception": config.perception_checkpoint,
+    sense = SENSES.get(config.sense)
+    named = {
+        "controller": (config.checkpoint, policy_named(config.controller).checkpoint),
+        "planner": (config.planner_checkpoint, policy_named(config.planner).checkpoint),
+        "perception": (config.perception_checkpoint, sense.checkpoint if sense else None),
     }
-    modules = {
-        "controller": policy_named(config.controller).checkpoint,
-        "planner": policy_named(config.planner).checkpoint,
-        "perception": SENSES[config.sense].checkpoint if config.sense in SENSES else None,
+    files = {
+        role: import_module(module).CHECKPOINTS.chosen(file) if module else file
+        for role, (file, module) in named.items()
     }
-    for role, module in modules.items():
-        if module is not None:
-            files[role] = import_module(module).CHECKPOINTS.chosen(files[role])
     return {role: sha256(Path(f).read_bytes()).hexdigest() for role, f in files.items() if f}

@@ -20,22 +20,19 @@ if TYPE_CHECKING:  # both are heavy to import
 
 
 class Observer(Protocol):
-    """Observes an episode and changes nothing in it.
+    """Observes an episode and changes nothing in it; a subclass need not observe everything.
 
     An observer whose attribute `needs_images` is true gets a world with cameras.
     """
 
     def on_reset(self, world: World) -> None:
         """Observe the world before anything moves."""
-        ...
 
     def on_step(self, step: Step) -> None:
         """Observe one finished control step."""
-        ...
 
     def on_end(self, result: EpisodeResult) -> None:
         """Observe the result; not called if the episode broke off."""
-        ...
 
 
 class ProgressDisplay:

@@ -38,8 +38,7 @@ def make_planner(config: EpisodeConfig, world: World) -> Planner[Observation]:
     """
     procedure = procedure_named(config.procedure)
     setup = PolicySetup(seed=config.seed, checkpoint=config.planner_checkpoint, procedure=procedure)
-    planner = _made(_factory(config.planner), setup, world)
-    _require_methods(config.planner, planner, "reset", "plan")
+    planner = _made(config.planner, setup, world, "reset", "plan")
     return planner if config.ablation is None else resolve_name(ABLATIONS[config.ablation])(planner)
 
 
@@ -55,9 +54,7 @@ def make_controller(config: EpisodeConfig, world: World) -> Controller:
         cameras=config.cameras,
         procedure=procedure_named(config.procedure),
     )
-    controller = _made(_factory(config.controller), setup, world)
-    _require_methods(config.controller, controller, "reset", "act")
-    return controller
+    return _made(config.controller, setup, world, "reset", "act")
 
 
 def make_person(config: EpisodeConfig, inbox: Inbox) -> Sequence[Observer]:
@@ -117,18 +114,14 @@ def _factory(name: str) -> Callable[..., Any]:
     return factory
 
 
-def _made(factory: Callable[..., Any], setup: PolicySetup, world: World) -> Any:
-    """Call the factory; the product of a privileged factory is privileged."""
-    if not is_privileged(factory):
-        return factory(setup)
-    policy = factory(setup, world)
-    policy.privileged = True
-    return policy
-
-
-def _require_methods(name: str, policy: object, *methods: str) -> None:
-    missing = [method for method in methods if not callable(getattr(policy, method, None))]
-    if missing:
+def _made(name: str, setup: PolicySetup, world: World, *methods: str) -> Any:
+    """Call the factory of a policy that must have `methods`; a privileged one makes privileged."""
+    factory = _factory(name)
+    policy = factory(setup, world) if is_privileged(factory) else factory(setup)
+    if is_privileged(factory):
+        policy.privileged = True
+    if missing := [each for each in methods if not callable(getattr(policy, each, None))]:
         raise ValueError(
             f"{name}: the {type(policy).__name__} that it makes has no {' and no '.join(missing)}"
         )
+    return policy

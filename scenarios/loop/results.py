@@ -8,8 +8,6 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Literal
 
-import msgspec
-
 from controller.safety.ledger import Entry
 from planner.learning.files import write_atomic
 from planner.rules.rule_use import RuleUse
@@ -309,15 +307,6 @@ def write_results(path: Path, episodes: Sequence[EpisodeResult], config: Mapping
         "versions": versions(),
     }
     write_atomic(path, (dumps(document, indent=2) + "\n").encode())
-
-
-def episode_from(entry: dict[str, Any]) -> EpisodeResult:
-    """Return the episode's result from plain data.
-
-    Raises:
-        ValueError: A field is missing or of another type.
-    """
-    return msgspec.convert(entry, EpisodeResult)
 
 
 def wilson_interval(passed: int, n: int, z: float = 1.96) -> tuple[float, float]:

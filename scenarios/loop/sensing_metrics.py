@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -26,13 +26,7 @@ class SensingMetrics:
     """Compares the tubes' points near the right tip, the clips and the cuts with the truth."""
 
     def __init__(self) -> None:
-        self._near_m: list[Array] = []
-        self._time_s: list[float] = []
-        self._from_tip_m: list[Array] = []
-        self._inside: list[Array] = []
-        self._clips_m: list[Array] = []
-        self._right: list[tuple[bool, bool]] = []  # clips counted, cuts seen
-        self._hidden: list[float] = []
+        self._looks: list[dict[str, Any]] = []
         self._n = 0
 
     def on_step(self, step: Step) -> None:
@@ -45,41 +39,44 @@ class SensingMetrics:
         error_m = np.linalg.norm(off_m, axis=1)
         tubes_m, tip_m = exact.points_m()[_TUBES], exact.tips_endoscope[RIGHT_ARM, :3, 3]
         near = np.linalg.norm(tubes_m - tip_m, axis=1) < NEAR_M
-        self._near_m.append(error_m[_TUBES][near])
-        self._time_s.append(observation.time_s)
         tip_off_m = observation.tips_endoscope[RIGHT_ARM, :3, 3] - tip_m
-        self._from_tip_m.append(np.linalg.norm(off_m[_TUBES][near] - tip_off_m, axis=1))
-        sizes = (error_m[_TUBES][near] / np.maximum(observation.std_m[_TUBES][near], 1e-9)) ** 2
-        self._inside.append(sizes < CHI2_95)
+        sizes = error_m[_TUBES][near] / np.maximum(observation.std_m[_TUBES][near], 1e-9)
         first = N_POINTS - MAX_CLIPS
-        self._clips_m.append(error_m[first : first + min(exact.n_clips, MAX_CLIPS)])
-        counted = observation.n_clips == exact.n_clips
-        self._right.append((counted, bool((observation.severed == exact.severed).all())))
-        self._hidden.append(float(observation.hidden[_TUBES].mean()))
+        look = {
+            "time_s": observation.time_s,
+            "near_m": error_m[_TUBES][near],
+            "from_tip_m": np.linalg.norm(off_m[_TUBES][near] - tip_off_m, axis=1),
+            "inside": sizes**2 < CHI2_95,
+            "clips_m": error_m[first : first + min(exact.n_clips, MAX_CLIPS)],
+            "counted": observation.n_clips == exact.n_clips,
+            "cuts": bool((observation.severed == exact.severed).all()),
+            "hidden": float(observation.hidden[_TUBES].mean()),
+        }
+        self._looks.append(look)
 
     def result(self) -> SensingResult | None:
         """Return the errors so far; None if nothing was compared yet."""
-        if not self._right:
+        if not self._looks:
             return None
-        near_m, clips_m = np.concatenate(self._near_m), np.concatenate(self._clips_m)
-        counted, cuts = np.mean(self._right, axis=0)
+        seen = {name: [look[name] for look in self._looks] for name in self._looks[0]}
+        near_m, clips_m = np.concatenate(seen["near_m"]), np.concatenate(seen["clips_m"])
         return SensingResult(
             near_m=_quantile(near_m, 0.5),
             near_p90_m=_quantile(near_m, 0.9),
-            from_tip_m=_quantile(np.concatenate(self._from_tip_m), 0.5),
+            from_tip_m=_quantile(np.concatenate(seen["from_tip_m"]), 0.5),
             clips_m=_quantile(clips_m, 0.5),
-            clips_counted=float(counted),
-            cuts_seen=float(cuts),
-            within_95=float(np.concatenate(self._inside).mean()) if len(near_m) else None,
-            hidden=float(np.mean(self._hidden)),
+            clips_counted=float(np.mean(seen["counted"])),
+            cuts_seen=float(np.mean(seen["cuts"])),
+            within_95=float(np.concatenate(seen["inside"]).mean()) if len(near_m) else None,
+            hidden=float(np.mean(seen["hidden"])),
             over_time_m=tuple(self._over_time_m()),
         )
 
     def _over_time_m(self) -> Iterator[float | None]:
         """Yield the median error near the tip in each `SPAN_S`."""
-        spans = (np.array(self._time_s) // SPAN_S).astype(int)
+        spans = (np.array([look["time_s"] for look in self._looks]) // SPAN_S).astype(int)
         for span in range(spans[-1] + 1):
-            among = [self._near_m[k] for k in np.flatnonzero(spans == span)]
+            among = [self._looks[k]["near_m"] for k in np.flatnonzero(spans == span)]
             yield _quantile(np.concatenate(among), 0.5) if among else None
 
 

@@ -13,7 +13,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from planner.learning.files import write_atomic
-from scenarios.files.errors import describe_error
+from scenarios.files.errors import WorkerDiedError, describe_error
 from scenarios.loop.episode_config import EpisodeConfig
 from scenarios.loop.observer import Observer
 from scenarios.loop.results import EpisodeResult
@@ -39,7 +39,7 @@ class Attempt:
     unwritable: str | None = None
 
 
-def attempt_and_keep(
+def attempt_episode(
     config: EpisodeConfig,
     out: Path,
     observers: Sequence[Observer] = (),
@@ -74,20 +74,14 @@ def attempt_and_keep(
     return Attempt(result=result, unwritable=unwritable)
 
 
-def attempt_episode(
-    config: EpisodeConfig,
-    out: Path,
-    observers: Sequence[Observer] = (),
-    inbox: Inbox | None = None,
-    name: str | None = None,
-) -> EpisodeResult:
-    """Return the result of `attempt_and_keep`."""
-    return attempt_and_keep(config, out, observers, inbox, name).result
-
-
 def trace_path(out: Path, name: str) -> Path:
     """Return the path of the traceback of an interrupted episode."""
     return out / "errors" / f"{name}.txt"
+
+
+def lost(config: EpisodeConfig, death: WorkerDiedError) -> Attempt:
+    """Return the attempt of an episode that ended by the death of its process."""
+    return Attempt(result=broken_off(config, death))
 
 
 def broken_off(config: EpisodeConfig, error: BaseException, wall_s: float = 0.0) -> EpisodeResult:

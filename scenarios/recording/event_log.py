@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from collections import deque
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field, replace
+from functools import partial
 from typing import TYPE_CHECKING, Literal
 
-from controller.safety.ledger import Entry, Ledger
+from controller.safety.ledger import Ledger
 from planner.instruction import Instruction
 from planner.procedure.procedure import Procedure
 from scenarios.loop.results import EpisodeResult
@@ -77,91 +77,81 @@ class EpisodeStatus:
 
 
 class EventLog:
-    """Collects the events of each step. The caller guards the log with a lock."""
+    """Collects the events of each step.
+
+    Attributes:
+        status: Everything so far; any thread may read it.
+    """
 
     def __init__(self) -> None:
-        self._status = EpisodeStatus()
-        self._lines: deque[LogLine] = deque(maxlen=KEPT)
-        self._tasks: dict[int, Progress] = {}
-        self._spent_s: dict[str, float] = {}
+        self.status = EpisodeStatus()
         self._ledger = Ledger()
 
     def note(self, step: Step) -> None:
         """Add the events of one step."""
-        before = self._status
-        self._said(step)
-        if _is_new(step.instruction, before.instruction):
-            self._add(step.time_s, *_line_of(step.instruction))
-        arm = None if step.guided is None else step.guided.arm
-        if arm is not None and arm != before.guided_arm:
-            side = "left" if arm == LEFT_ARM else "right"
-            self._add(step.time_s, "human", f"guides the {side} arm")
-        for event in step.outcome.events:
-            size = f"{event.value:.3g}, limit {event.limit:.3g}"
-            self._add(step.time_s, "injury", event.event, size)
-        for applied in step.applied:
-            size = f"{applied.magnitude:g} {applied.unit}"
-            self._add(step.time_s, "disturbance", applied.name, size)
-        for entry in step.altered:
-            self._altered(entry)
-        self._advance(step)
-        self._time(step.spent_s)
-        self._status = replace(
+        before = self.status
+        self.status = replace(
             before,
             time_s=step.time_s,
             instruction=step.instruction,
             exchange=step.exchange,
-            guided_arm=arm,
+            guided_arm=None if step.guided is None else step.guided.arm,
+            tasks={**before.tasks, step.instruction.task.index: _progress(step, before)},
+            lines=(*before.lines, *self._lines(step))[-KEPT:],
             injuries=before.injuries + len(step.outcome.events),
             altered=before.altered + len(step.altered),
+            spent_s=_smoothed(before.spent_s, step.spent_s),
         )
 
     def end(self, result: EpisodeResult) -> None:
         """Add the episode's result."""
-        self._add(self._status.time_s, "end", in_detail(result))
-        self._status = replace(self._status, result=result)
+        end = LogLine(time_s=self.status.time_s, kind="end", text=in_detail(result))
+        lines = (*self.status.lines, end)[-KEPT:]
+        self.status = replace(self.status, lines=lines, result=result)
 
-    def read(self) -> EpisodeStatus:
-        """Return a copy of everything so far."""
-        return replace(
-            self._status,
-            tasks=dict(self._tasks),
-            lines=tuple(self._lines),
-            spent_s=dict(self._spent_s),
-        )
-
-    def _add(self, time_s: float, kind: Kind, text: str, detail: str = "") -> None:
-        self._lines.append(LogLine(time_s=time_s, kind=kind, text=text, detail=detail))
-
-    def _said(self, step: Step) -> None:
+    def _lines(self, step: Step) -> Iterator[LogLine]:
+        """Yield the events of a step, before the status takes it in."""
+        line, before = partial(LogLine, time_s=step.time_s), self.status
         for heard in step.heard:
-            self._add(heard.time_s, _kind(heard), f"“{heard.text}”", heard.reply)
-
+            said = f"“{heard.text}”"
+            yield LogLine(time_s=heard.time_s, kind=_kind(heard), text=said, detail=heard.reply)
         for told in step.told:
-            self._add(step.time_s, "told", told)
+            yield line(kind="told", text=told)
+        if _is_new(step.instruction, before.instruction):
+            now = step.instruction
+            detail = now.remark if now.call else f"{now.confidence:.0%}"
+            yield line(kind=now.source, text=now.text, detail=detail)
+        if step.guided is not None and step.guided.arm != before.guided_arm:
+            side = "left" if step.guided.arm == LEFT_ARM else "right"
+            yield line(kind="human", text=f"guides the {side} arm")
+        for event in step.outcome.events:
+            size = f"{event.value:.3g}, limit {event.limit:.3g}"
+            yield line(kind="injury", text=event.event, detail=size)
+        for applied in step.applied:
+            size = f"{applied.magnitude:g} {applied.unit}"
+            yield line(kind="disturbance", text=applied.name, detail=size)
+        for entry in step.altered:
+            n_before = len(self._ledger.entries)
+            if self._ledger.note(entry) == n_before:
+                held = "holds" if entry.held else ""
+                yield LogLine(time_s=entry.time_s, kind="filter", text=entry.words, detail=held)
 
-    def _altered(self, entry: Entry) -> None:
-        n_before = len(self._ledger.entries)
-        if self._ledger.note(entry) == n_before:
-            self._add(entry.time_s, "filter", entry.words, "holds" if entry.held else "")
 
-    def _advance(self, step: Step) -> None:
-        task, before = step.instruction.task, self._status
-        progress = self._tasks.get(task.index, Progress())
-        corrected = step.instruction.correction is not None and _is_new(
-            step.instruction, before.instruction
-        )
-        took_s = 0.0 if step.exchange or step.held else max(step.time_s - before.time_s, 0.0)
-        self._tasks[task.index] = Progress(
-            time_s=progress.time_s + took_s,
-            done=step.outcome.task_done,
-            corrections=progress.corrections + corrected,
-        )
+def _progress(step: Step, before: EpisodeStatus) -> Progress:
+    """Return the progress of the task under way, after a step."""
+    said, progress = step.instruction, before.tasks.get(step.instruction.task.index, Progress())
+    took_s = 0.0 if step.exchange or step.held else max(step.time_s - before.time_s, 0.0)
+    corrected = said.correction is not None and _is_new(said, before.instruction)
+    return Progress(
+        time_s=progress.time_s + took_s,
+        done=step.outcome.task_done,
+        corrections=progress.corrections + corrected,
+    )
 
-    def _time(self, spent_s: Mapping[str, float]) -> None:
-        for stage in self._spent_s.keys() | spent_s.keys():
-            old, new = self._spent_s.get(stage, 0.0), spent_s.get(stage, 0.0)
-            self._spent_s[stage] = old + SMOOTHING * (new - old)
+
+def _smoothed(before_s: Mapping[str, float], now_s: Mapping[str, float]) -> dict[str, float]:
+    olds_s = {stage: before_s.get(stage, 0.0) for stage in {**before_s, **now_s}}
+    return {k: old_s + SMOOTHING * (now_s.get(k, 0.0) - old_s) for k, old_s in olds_s.items()}
 
 
 def progress_of(status: EpisodeStatus, procedure: Procedure) -> float:
@@ -175,11 +165,6 @@ def _is_new(now: Instruction, before: Instruction | None) -> bool:
     if before is None or (now.text, now.source) != (before.text, before.source):
         return True
     return now.source == "human" and now.time_s != before.time_s
-
-
-def _line_of(instruction: Instruction) -> tuple[Kind, str, str]:
-    detail = instruction.remark if instruction.call else f"{instruction.confidence:.0%}"
-    return instruction.source, instruction.text, detail
 
 
 def _kind(heard: Heard) -> Kind:

@@ -39,14 +39,10 @@ class FirstDifference:
 
 def first_difference(recorded: Recording, again: Recording) -> FirstDifference | None:
     """Compare everything but wall time, to the bit; return None if nothing differs."""
-    found = [*_anatomies(recorded, again), *_notes(recorded, again), *_arrays(recorded, again)]
-    found += _ends(recorded, again)
-    return min(found, key=lambda difference: difference.step, default=None)
-
-
-def _anatomies(recorded: Recording, again: Recording) -> Iterator[FirstDifference]:
+    found = [*_notes(recorded, again), *_arrays(recorded, again), *_ends(recorded, again)]
     if recorded.anatomy != again.anatomy:
-        yield FirstDifference(step=0, field="anatomy")
+        found.insert(0, FirstDifference(step=0, field="anatomy"))
+    return min(found, key=lambda difference: difference.step, default=None)
 
 
 def _notes(recorded: Recording, again: Recording) -> Iterator[FirstDifference]:

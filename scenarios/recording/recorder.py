@@ -94,13 +94,11 @@ class Recorder:
     _anatomy: Any = None
     _result: EpisodeResult | None = None
     _instructions: dict[tuple[int, str, str, str], int] = field(default_factory=dict)
-    _events: list[dict[str, Any]] = field(default_factory=list)
-    _perturbations: list[dict[str, Any]] = field(default_factory=list)
+    _notes: dict[str, list[dict[str, Any]]] = field(
+        default_factory=lambda: {name: [] for name in NOTES}
+    )
     _ledger: Ledger = field(default_factory=Ledger)
     _ledger_steps: list[int] = field(default_factory=list)  # in which each entry began
-    _heard: list[dict[str, Any]] = field(default_factory=list)
-    _told: list[dict[str, Any]] = field(default_factory=list)
-    _hands: list[dict[str, Any]] = field(default_factory=list)
     _checkpoints: dict[str, str] = field(default_factory=dict)
     _steps: dict[str, list[Any]] = field(default_factory=lambda: {name: [] for name in STEP_ARRAYS})
 
@@ -133,18 +131,18 @@ class Recorder:
         checked = {name: _checked(name, quantity) for name, quantity in quantities.items()}
         for name, array in checked.items():
             self._steps[name].append(array)
-        for event in step.outcome.events:
-            self._events.append({"step": number, **plain(event)})
-        for applied in step.applied:
-            self._perturbations.append({"step": number, **plain(applied)})
         for entry in step.altered:
             if self._ledger.note(entry) == len(self._ledger_steps):
                 self._ledger_steps.append(number)
-        for heard in step.heard:
-            self._heard.append({"step": number, **_in_words(heard)})
-        self._told += [{"step": number, "text": text} for text in step.told]
-        if step.guided is not None:
-            self._hands.append({"step": number, **plain(step.guided)})
+        noted = {
+            "events": step.outcome.events,
+            "perturbations": step.applied,
+            "heard": map(_in_words, step.heard),
+            "told": ({"text": text} for text in step.told),
+            "hands": filter(None, [step.guided]),
+        }
+        for name, entries in noted.items():
+            self._notes[name] += [{"step": number, **plain(entry)} for entry in entries]
 
     def on_end(self, result: EpisodeResult) -> None:
         """Record the result."""
@@ -166,15 +164,11 @@ class Recorder:
                 {"task": task, "text": text, "source": source, "remark": remark}
                 for task, text, source, remark in self._instructions
             ],
-            "events": self._events,
-            "perturbations": self._perturbations,
+            **self._notes,
             "ledger": [
                 {"step": step, **plain(entry)}
                 for step, entry in zip(self._ledger_steps, self._ledger.entries, strict=True)
             ],
-            "heard": self._heard,
-            "told": self._told,
-            "hands": self._hands,
             "result": self._result,
             "error": error,
         }

@@ -9,7 +9,6 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Set
 from dataclasses import replace
-from typing import Any
 
 import msgspec
 
@@ -89,8 +88,8 @@ class CommandRerun:
         exact = world.step(command, intended=structure_of(task, world))
         now = recomputed(exact)
         unlike = [name for name in now if now[name].tobytes() != arrays[name][k].tobytes()]
-        injuries = [plain(injury) for injury in world.record.injuries[n_before:]]
-        noted = [_without_step(e) for e in self._recording.events if e["step"] == k]
+        injuries = [{"step": k, **plain(injury)} for injury in world.record.injuries[n_before:]]
+        noted = [e for e in self._recording.events if e["step"] == k]
         return (*unlike, *(["events"] if injuries != noted else []))
 
     def _unlike_result(self) -> list[str]:
@@ -140,10 +139,6 @@ def _right_tool(number: int) -> str:
     if number >= len(tools := right_tools()):
         raise ValueError(f"there is no right tool {number}; allowed: 0 to {len(tools) - 1}")
     return tools[number]
-
-
-def _without_step(entry: dict[str, Any]) -> dict[str, Any]:
-    return {name: value for name, value in entry.items() if name != "step"}
 
 
 def config_of(recording: Recording) -> EpisodeConfig:

@@ -14,10 +14,10 @@ from planner.command import COMMANDS
 from scenarios.catalogue import policy_named, procedure_named
 from scenarios.files.errors import describe_error
 from scenarios.loop.episode_config import EpisodeConfig, checkpoint_digests
+from scenarios.loop.observer import Observer
 from scenarios.loop.person.guided_arm import GuidedArm
 from scenarios.loop.person.inbox import Inbox
 from scenarios.loop.policies import require_factory
-from scenarios.loop.results import EpisodeResult
 from scenarios.perturbation.manual import MANUAL
 from scenarios.recording.attempt import attempt_episode
 from scenarios.recording.recorder import Recording, load
@@ -88,7 +88,7 @@ def _require_same_checkpoints(config: EpisodeConfig, recorded: dict[str, str]) -
             )
 
 
-class _People:
+class _People(Observer):
     """Observes a repeated episode, and repeats people's recorded acts before each step."""
 
     def __init__(self, recording: Recording, inbox: Inbox) -> None:
@@ -98,20 +98,15 @@ class _People:
 
     def on_reset(self, world: World) -> None:
         """Act before the first step."""
-        del world
         self._act()
 
     def on_step(self, step: Any) -> None:
         """Act before the next step; stop where the recording breaks off, or should have ended."""
-        del step
         goes_on = self._recording.result is not None
         if self._step == self._n_steps + goes_on:
             raise CutOffError("the recording ends here")
         self._step += 1
         self._act()
-
-    def on_end(self, result: EpisodeResult) -> None:
-        """Do nothing."""
 
     def _act(self) -> None:
         for heard in self._now(self._recording.heard):
@@ -124,31 +119,25 @@ class _People:
                 self._inbox.disturb(
                     replace(MANUAL[applied["name"]], magnitude=applied["magnitude"])
                 )
-        self._inbox.guided = next(map(_guided_arm, self._now(self._recording.hands)), None)
+        self._inbox.guided = None
+        for hand in self._now(self._recording.hands):
+            goal = np.array(hand["T_world_goal"])
+            self._inbox.guided = GuidedArm(
+                arm=hand["arm"], T_world_goal=goal, jaw_rad=hand["jaw_rad"]
+            )
 
     def _now(self, entries: tuple[dict[str, Any], ...]) -> Iterator[dict[str, Any]]:
         return (entry for entry in entries if entry["step"] == self._step)
 
 
-def _guided_arm(entry: dict[str, Any]) -> GuidedArm:
-    return GuidedArm(
-        arm=entry["arm"],
-        T_world_goal=np.array(entry["T_world_goal"]),
-        jaw_rad=entry["jaw_rad"],
-    )
-
-
 def _broken_off_as(recording: Recording, again: Recording) -> Recording:
     """Return the repeated episode cut to the recording's length, with the same interruption."""
     n = len(recording.arrays["time_s"])
+    notes = {name: [e for e in getattr(again, name) if e["step"] < n] for name in NOTES}
     interrupted = (recording.error or "").startswith(INTERRUPTIONS)
     return replace(
         again,
         arrays={name: array[:n] for name, array in again.arrays.items()},
-        **{name: _first(n, getattr(again, name)) for name in NOTES},
+        **{name: tuple(entries) for name, entries in notes.items()},
         error=recording.error if interrupted else None,
     )
-
-
-def _first(n: int, entries: tuple[dict[str, Any], ...]) -> tuple[dict[str, Any], ...]:
-    return tuple(entry for entry in entries if entry["step"] < n)

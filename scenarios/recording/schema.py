@@ -19,7 +19,7 @@ from controller.safety.ledger import Entry
 from planner.command import COMMANDS
 from planner.instruction import Source
 from scenarios.loop.episode_config import EpisodeConfig
-from scenarios.loop.results import EpisodeResult, episode_from
+from scenarios.loop.results import EpisodeResult
 from scenarios.perturbation.manual import MANUAL
 from tissue_sim.constants import CONTROL_HZ
 
@@ -192,7 +192,7 @@ def require_agreement(header: Mapping[str, Any], n_steps: int) -> None:
         ValueError: Two parts contradict each other.
     """
     if header["result"] is not None:
-        result = episode_from(header["result"])
+        result = msgspec.convert(header["result"], EpisodeResult)
         for what in _contradictions(header, result, n_steps):
             raise ValueError(f"its parts contradict each other: {what}")
 

@@ -79,5 +79,5 @@ class VideoWriter:
         if self._log is not None:
             from scenarios.recording.captions import captioned
 
-            picture = captioned(picture, self._log.read())
+            picture = captioned(picture, self._log.status)
         self._video.add(picture)

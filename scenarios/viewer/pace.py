@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import math
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from threading import Condition
 
 from scenarios.loop.episode_config import EpisodeConfig
@@ -50,38 +51,46 @@ class Pace:
     def speed(self, speed: float) -> None:
         if not speed > 0.0:
             raise ValueError(f"speed must be above 0, got {speed!r}")
-        with self._turn:
-            self._speed = speed
-            self._due_s = time.monotonic()
-            self._turn.notify_all()
+        with self._changing():
+            self._speed, self._due_s = speed, time.monotonic()
 
     def pause(self) -> None:
         """Pause the loop after this step."""
-        with self._turn:
+        with self._changing():
             self._paused, self._steps = True, 0
 
     def go_on(self) -> None:
         """Run the loop."""
-        with self._turn:
-            self._paused = False
-            self._due_s = time.monotonic()
-            self._turn.notify_all()
+        with self._changing():
+            self._paused, self._due_s = False, time.monotonic()
+
+    def start_or_pause(self) -> None:
+        """Run a paused loop, or pause a running one."""
+        if self._paused:
+            self.go_on()
+        else:
+            self.pause()
 
     def step(self) -> None:
         """Run one step, then pause."""
-        with self._turn:
+        with self._changing():
             self._paused, self._steps = True, self._steps + 1
-            self._turn.notify_all()
 
     def restart(self, config: EpisodeConfig) -> None:
         """Ask the loop to begin this episode."""
-        with self._turn:
+        with self._changing():
             self._wanted = config
-            self._turn.notify_all()
 
     def wake(self) -> None:
         """Make a waiting loop call its `meanwhile`."""
+        with self._changing():
+            pass
+
+    @contextmanager
+    def _changing(self) -> Iterator[None]:
+        """Let the loop wait while the block changes the pace, then wake it."""
         with self._turn:
+            yield
             self._turn.notify_all()
 
     def wait(self, step_s: float, meanwhile: Callable[[], None]) -> None:

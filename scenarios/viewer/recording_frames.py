@@ -6,7 +6,9 @@ import math
 from collections.abc import Iterator, Set
 from dataclasses import dataclass
 
-from scenarios.loop.results import episode_from
+from msgspec import convert
+
+from scenarios.loop.results import EpisodeResult
 from scenarios.recording.reasons import in_detail
 from scenarios.recording.recorder import Recording
 from scenarios.recording.rerun_commands import CommandRerun
@@ -116,4 +118,4 @@ def marks_of(recording: Recording) -> tuple[TimelineMark, ...]:
 def _end(recording: Recording) -> str:
     if recording.result is None:
         return f"error: {recording.error}"
-    return in_detail(episode_from(recording.result))
+    return in_detail(convert(recording.result, EpisodeResult))

@@ -13,9 +13,8 @@ from time import monotonic
 
 import viser
 
-from scenarios.files.outside_text import in_html
 from scenarios.viewer.panels.look import theme
-from scenarios.viewer.panels.panel import add_style, pad
+from scenarios.viewer.panels.panel import add_style, html, pad
 from scenarios.viewer.recording_frames import RecordingFrames, TimelineMark
 from scenarios.viewer.scene import SHOWN_FIRST, ViewerScene, look_through
 from scenarios.viewer.serving.drawn_page import DrawnPage
@@ -115,11 +114,8 @@ class ReplayPage(DrawnPage):
             for scene, recording in zip(self._scenes, self._recordings, strict=True):
                 scene.draw(recording.at(time_s))
         self._timeline.value = round(min(time_s, self._end_s), 1)
-        rows = "".join(
-            _row(name, recording, time_s)
-            for name, recording in zip(self._names, self._recordings, strict=True)
-        )
-        self._now.content = f'<div class="calot"><div class="now">{time_s:.1f} s</div>{rows}</div>'
+        shown = list(zip(self._names, self._recordings, strict=True))
+        self._now.content = html("replay", recordings=shown, time_s=time_s)
 
 
 def export(recording: RecordingFrames, tell: Callable[[float], None]) -> str:
@@ -168,12 +164,3 @@ def _labelled(recordings: Sequence[RecordingFrames]) -> dict[str, TimelineMark]:
         labelled |= {f"{mark.time_s:6.1f} s  {number}{mark.text}": mark for mark in recording.marks}
     start = TimelineMark(time_s=0.0, text="start")
     return {start.text: start} | dict(sorted(labelled.items(), key=lambda item: item[1].time_s))
-
-
-def _row(name: str, recording: RecordingFrames, time_s: float) -> str:
-    """Return HTML with the name, the instruction, and whether the replay agrees so far."""
-    same = "identical to the recording"
-    if recording.differs_s is not None:
-        same = f"differs from the recording from {recording.differs_s:.1f} s on"
-    said = in_html(recording.instruction(time_s))
-    return f'<div><b>{in_html(name)}</b> {said}<br><span class="dim">{same}</span></div>'

@@ -44,7 +44,7 @@ def watch_episode(session: SessionState) -> EpisodeResult:
         [session.interventions, session.watcher],
         session.inbox,
         name=_free_name(session.out, session.config.seed),
-    )
+    ).result
 
 
 def _free_name(out: Path, seed: int) -> str:

@@ -154,24 +154,9 @@ class SessionState:
         """
         self.inbox.disturb(MANUAL[name])
 
-    def go_on(self) -> None:
-        """Run the loop."""
-        self.pace.go_on()
-
-    def pause(self) -> None:
-        """Pause the loop after this step."""
-        self.pace.pause()
-
-    def start_or_pause(self) -> None:
-        """Run a paused loop, or pause a running one."""
-        if self.pace.paused:
-            self.pace.go_on()
-        else:
-            self.pace.pause()
-
-    def step(self) -> None:
-        """Run one step, then pause."""
-        self.pace.step()
+    def drive(self, change: Callable[[Pace], None]) -> None:
+        """Change the pace by one of its methods."""
+        change(self.pace)
 
     def set_speed(self, speed: float) -> None:
         """Set simulated time over real time; infinity means as fast as possible.

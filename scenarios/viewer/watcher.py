@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from threading import Event, Lock
+from threading import Event
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -36,7 +36,6 @@ class Watcher:
         self.picture: NDArray[np.uint8] | None = None
         self._pace = pace
         self._asked, self._picture_asked = Event(), Event()
-        self._lock = Lock()
         self._log = EventLog()
         self._world: World | None = None
         self._step: Step | None = None
@@ -50,14 +49,12 @@ class Watcher:
 
     def status(self) -> EpisodeStatus:
         """Return the episode's log and progress so far."""
-        with self._lock:
-            return self._log.read()
+        return self._log.status
 
     def on_reset(self, world: World) -> None:
         """Show another patient, and wait until a person starts the episode."""
         self._world, self._step = world, None
-        with self._lock:
-            self._log = EventLog()
+        self._log = EventLog()
         self.patient = patient_of(world)
         self._copy()
         self._pace.wait(0.0, self._serve)
@@ -65,14 +62,12 @@ class Watcher:
     def on_step(self, step: Step) -> None:
         """Log the step, copy the world if requested, and wait until the next step is due."""
         self._step = step
-        with self._lock:
-            self._log.note(step)
+        self._log.note(step)
         self._pace.wait(CONTROL_PERIOD_S, self._serve)
 
     def on_end(self, result: EpisodeResult) -> None:
         """Log the result, or the error."""
-        with self._lock:
-            self._log.end(result)
+        self._log.end(result)
         self._copy()
 
     def rest(self) -> None:

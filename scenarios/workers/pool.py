@@ -8,7 +8,7 @@ from typing import TypeVar
 
 from scenarios.files.errors import WorkerDiedError
 from scenarios.workers.job import Job, WorkerPool
-from scenarios.workers.process import saving
+from scenarios.workers.process import counting, saving
 
 Config = TypeVar("Config")
 Result = TypeVar("Result")
@@ -55,6 +55,27 @@ def run_side_by_side(
     finally:
         with saving():
             pool.leave()
+
+
+def run_each(
+    attempt: Callable[[Config], Result],
+    configs: Iterable[Config],
+    workers: int,
+    after_death: Callable[[Config, WorkerDiedError], Result],
+    cluster: str | None = None,
+    here: Callable[[Config], Result] | None = None,
+) -> Generator[Result, None, None]:
+    """Yield each attempt's result, by `run_side_by_side` or by `here`.
+
+    `here` makes the attempts in this process if neither several workers nor a cluster are wanted.
+    Between the first save of an attempt and the end of the caller's note of it, signals wait.
+    """
+    if here is None or workers > 1 or cluster is not None:
+        yield from run_side_by_side(attempt, configs, workers, after_death, cluster)
+        return
+    for config in configs:
+        with counting():
+            yield here(config)
 
 
 def _next(again: deque[Job], coming: Iterator[Job]) -> Job | None:

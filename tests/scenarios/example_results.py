@@ -4,6 +4,8 @@ import json
 from dataclasses import replace
 from pathlib import Path
 
+import msgspec
+
 from scenarios.loop.results import (
     CallResult,
     EpisodeResult,
@@ -11,7 +13,6 @@ from scenarios.loop.results import (
     PeakResult,
     SafetyResult,
     TaskResult,
-    episode_from,
 )
 
 PASSED = EpisodeResult(
@@ -56,4 +57,6 @@ ERROR = replace(PASSED, seed=20_002, success=False, error="ValueError: no such t
 
 def read_results(path: Path) -> tuple[EpisodeResult, ...]:
     """Return the episodes of a results.json."""
-    return tuple(episode_from(entry) for entry in json.loads(path.read_text())["episodes"])
+    return tuple(
+        msgspec.convert(entry, EpisodeResult) for entry in json.loads(path.read_text())["episodes"]
+    )

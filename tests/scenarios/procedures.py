@@ -46,7 +46,7 @@ class Procedure:
 
 def run(config: EpisodeConfig, out: Path) -> Procedure:
     recorder = StepKeeper()
-    result = attempt_episode(config, out, [recorder])
+    result = attempt_episode(config, out, [recorder]).result
     file = out / "episodes" / f"{config.seed}.npz"
     assert recorder.world is not None
     return Procedure(

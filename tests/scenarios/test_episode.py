@@ -235,7 +235,7 @@ def test_the_trace_of_an_error_does_not_outlast_it(tmp_path):
     trace.parent.mkdir()
     trace.write_text("of an earlier call")
     config = EpisodeConfig(planner="scripted", controller="idle", seed=SEED, task_cap_s=0.2)
-    assert attempt_episode(config, tmp_path).error is None
+    assert attempt_episode(config, tmp_path).result.error is None
     assert not trace.exists()
 
 
@@ -245,7 +245,7 @@ def test_an_exception_is_an_error_also_where_its_trace_finds_no_room(tmp_path, m
 
     monkeypatch.setattr("scenarios.recording.attempt.write_atomic", no_room)
     config = EpisodeConfig(planner="scripted", controller=BREAKS, scenario="textbook", seed=SEED)
-    assert attempt_episode(config, tmp_path).error == "RuntimeError: a string snapped"
+    assert attempt_episode(config, tmp_path).result.error == "RuntimeError: a string snapped"
 
 
 RUN_WITH_A_BREAKING_CONTROLLER = f"""
@@ -487,7 +487,7 @@ def test_a_policy_that_returns_something_else_is_told_so(planner, controller, to
 def test_a_planners_task_that_nobody_can_carry_out_is_told_before_the_nurse_comes():
     by_scissors = replace(TASKS[1], right_tool="scissors")
     episode = episode_of(PlannerSays(Instruction(task=by_scissors)), ControllerCounts())
-    with pytest.raises(ValueError, match="planner: .* nobody can carry out: to clip, it needs"):
+    with pytest.raises(ValueError, match="nobody can carry out: to clip, it needs a tube"):
         next(episode.steps())
 
 

@@ -129,7 +129,8 @@ class AttackedPatient:
                 joints = allowed.joints
                 run.entries += [allowed.entry] if allowed.entry else []
             for seen in self._move(before, joints, in_world):
-                self._note_depths(run, seen)
+                for obstacle, depth_m in self._depths(seen):
+                    run.depth_m[obstacle] = max(depth_m, run.depth_m.get(obstacle, 0.0))
             outside = np.maximum(limits[..., 0] - joints, joints - limits[..., 1])
             run.beyond_range = max(run.beyond_range, float(outside.max()))
             moved_m = np.linalg.norm(self._tips_m(joints) - self._tips_m(before), axis=1)
@@ -144,10 +145,6 @@ class AttackedPatient:
             return [arms.joints]
         arms.set_joints(joints)
         return [before + share * (joints - before) for share in np.linspace(0, 1, LOOKS + 1)[1:]]
-
-    def _note_depths(self, run: AttackRun, joints: Array) -> None:
-        for obstacle, depth_m in self._depths(joints):
-            run.depth_m[obstacle] = max(depth_m, run.depth_m.get(obstacle, 0.0))
 
     def _depths(self, joints: Array, within_m: float = 0.0) -> Iterator[tuple[str, float]]:
         """Yield obstacle and depth of each pair that must not touch."""

@@ -6,11 +6,12 @@ points from the tip to the task's goal, as an observing person would say.
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from itertools import islice
 
 import numpy as np
+from rich.table import Table
 
 from controller.expert.targets import clip_pose, cut_pose, grasp_pose
 from planner.command import COMMANDS
@@ -19,6 +20,9 @@ from planner.procedure.task import Task
 from scenarios.bench.trials.run_trials import Trial
 from scenarios.demonstration.labels import correction_of
 from scenarios.episode import Episode
+from scenarios.evaluation.paired import mcnemar_exact, mean_interval
+from scenarios.evaluation.words import interval
+from scenarios.files.outside_text import table_of
 from scenarios.loop.episode_config import EpisodeConfig
 from scenarios.loop.step import Step
 from scenarios.recording.snapshot import Snapshot
@@ -62,27 +66,19 @@ class CorrectionTrial(Trial):
     corrected: Course | None = None
 
 
-@dataclass(frozen=True, kw_only=True)
-class ForkComparison:
-    """Compares with and without, under an episode's configuration with each trial's seed."""
-
-    config: EpisodeConfig
-
-    def __call__(self, seed: int) -> CorrectionTrial:
-        """Run the trial on a seed's patient."""
-        episode = begin(replace(self.config, seed=seed))
-        step = _given_back(episode.steps())
-        if step is None:
-            return CorrectionTrial(seed=seed)
-        task, snapshot = step.instruction.task, Snapshot(episode)
-        correction = correction_of(*wanted_motion(task, episode.world))
-        if not correction:
-            return CorrectionTrial(seed=seed)
-        without = _course(snapshot.again(), task, "")
-        corrected = _course(snapshot.again(), task, correction)
-        return CorrectionTrial(
-            seed=seed, correction=correction, without=without, corrected=corrected
-        )
+def compare_forks(seed: int, config: EpisodeConfig) -> CorrectionTrial:
+    """Compare with and without, on a seed's patient, under an episode's configuration."""
+    episode = begin(replace(config, seed=seed))
+    step = _given_back(episode.steps())
+    if step is None:
+        return CorrectionTrial(seed=seed)
+    task, snapshot = step.instruction.task, Snapshot(episode)
+    correction = correction_of(*wanted_motion(task, episode.world))
+    if not correction:
+        return CorrectionTrial(seed=seed)
+    without = _course(snapshot.again(), task, "")
+    corrected = _course(snapshot.again(), task, correction)
+    return CorrectionTrial(seed=seed, correction=correction, without=without, corrected=corrected)
 
 
 def _given_back(steps: Iterator[Step]) -> Step | None:
@@ -135,3 +131,47 @@ def _goal(task: Task, world: World) -> tuple[int, Array]:
     tube = structure_of(task, world)
     pose = cut_pose(world, tube) if task.severs else clip_pose(world, tube, task.clip or 1)
     return RIGHT_ARM, pose
+
+
+def corrections_table(trials: Sequence[CorrectionTrial]) -> Table:
+    """Return a table: without, with, and the paired gain with its 95 % interval."""
+    title = f"corrections, seeds {trials[0].seed} to {trials[-1].seed}"
+    table = table_of(title, ("",), ("without", "with", "gain (95 % interval, paired)"), ())
+    without = [trial.without for trial in trials if trial.without]
+    corrected = [trial.corrected for trial in trials if trial.corrected]
+    table.add_row("moments", str(len(without)), str(len(corrected)), "")
+    if not corrected:
+        return table
+    off_mm, took_s, done, unhurt = zip(*map(_columns, (without, corrected)), strict=True)
+    _add_mean(table, f"mm to the goal after {LOOK_S:g} s", *off_mm)
+    _add_mean(table, f"s to the task, {WITHIN_S:g} at most", *took_s)
+    _add_count(table, f"task done in {WITHIN_S:g} s", *done)
+    _add_count(table, "nothing injured", *unhurt)
+    return table
+
+
+def _columns(courses: Sequence[Course]) -> tuple[list, ...]:
+    """Return distances to the goal (mm), times to the task (s), which were done, and unhurt."""
+    return (
+        [1e3 * course.off_m for course in courses],
+        [WITHIN_S if course.done_s is None else course.done_s for course in courses],
+        [course.done_s is not None for course in courses],
+        [not course.injuries for course in courses],
+    )
+
+
+def _add_mean(table: Table, what: str, before: Sequence[float], after: Sequence[float]) -> None:
+    saved = np.subtract(before, after)
+    table.add_row(
+        what,
+        f"{np.mean(before):.1f}",
+        f"{np.mean(after):.1f}",
+        f"{saved.mean():.1f} ({interval(mean_interval(saved.tolist()), 1)})",
+    )
+
+
+def _add_count(table: Table, what: str, before: Sequence[bool], after: Sequence[bool]) -> None:
+    better = sum(b < a for b, a in zip(before, after, strict=True))
+    worse = sum(b > a for b, a in zip(before, after, strict=True))
+    change = f"{better} better, {worse} worse (p = {mcnemar_exact(better, worse):.3f})"
+    table.add_row(what, str(sum(before)), str(sum(after)), change)

@@ -15,7 +15,7 @@ from typing import Literal
 import numpy as np
 from rich.table import Table
 
-from planner.correction import CORRECTIONS, DIRECTION_ENDOSCOPE, Correction
+from planner.correction import CORRECTIONS, DIRECTION_ENDOSCOPE
 from scenarios.bench.trials.run_trials import Trial
 from scenarios.demonstration.interjections import is_harmless
 from scenarios.episode import Episode
@@ -80,16 +80,10 @@ class DistanceTrial(Trial):
     distances: tuple[Distance, ...] = ()
 
 
-@dataclass(frozen=True, kw_only=True)
-class DistanceExamination:
-    """Examines an episode's configuration with each trial's seed."""
-
-    config: EpisodeConfig
-
-    def __call__(self, seed: int) -> DistanceTrial:
-        """Run the trial on a seed's patient."""
-        episode = begin(replace(self.config, seed=seed))
-        return DistanceTrial(seed=seed, distances=tuple(_distances(episode, seed)))
+def examine_distances(seed: int, config: EpisodeConfig) -> DistanceTrial:
+    """Run the trial on a seed's patient, under an episode's configuration."""
+    episode = begin(replace(config, seed=seed))
+    return DistanceTrial(seed=seed, distances=tuple(_distances(episode, seed)))
 
 
 def _distances(episode: Episode, seed: int) -> Iterator[Distance]:
@@ -137,11 +131,13 @@ def _corrected(
     else:
         return  # the episode has ended; every order ends before
     _pass(steps, RESTS_S)
+    assert correction.direction is not None, "an arm is corrected"
+    along = np.array(DIRECTION_ENDOSCOPE[correction.direction])
     yield Distance(
         when=when,
         text=correction.text,
         said_m=said_m,
-        gone_m=_gone_m(correction, _tips_m(episode) - start_m),
+        gone_m=float((_tips_m(episode) - start_m)[arm] @ along),
         other_m=other_m,
         told=told,
     )
@@ -149,12 +145,6 @@ def _corrected(
 
 def _tips_m(episode: Episode) -> Array:
     return episode.world.observe().tips_endoscope[:, :3, 3].copy()
-
-
-def _gone_m(correction: Correction, moved_m: Array) -> float:
-    assert correction.direction is not None, "an arm is corrected"
-    along = np.array(DIRECTION_ENDOSCOPE[correction.direction])
-    return float(moved_m[correction.rows[0]] @ along)
 
 
 def distances_table(trials: Sequence[DistanceTrial]) -> Table:

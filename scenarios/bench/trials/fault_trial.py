@@ -84,13 +84,13 @@ def _tried(seed: int, folder: Path, recorded: Path) -> ProcessFault:
         time.sleep(when_s)
         hurt = process.is_running
         if hurt:
-            FAULTS[fault](process, rng)
+            FAULTS[fault][0](process, rng)
         code, _, err = process.end()
         wrong = (
             *_wrong_exit(code, fault if hurt else "none", err),
             *_left(process, GRACE_S if fault == "kill" else 0.5),
             *_lost(folder, counted=command == "run" and fault != "kill"),
-            *(_unanswered(folder) if code in USUAL and EXIT_CODES[fault][0] > 128 else ()),
+            *(_unanswered(folder) if code in USUAL and FAULTS[fault][1][0] > 128 else ()),
         )
     if command == "evaluate" and fault == "kill":
         wrong += tuple(_not_continued(words, folder))
@@ -107,7 +107,6 @@ def _record(folder: Path) -> None:
 
 
 def _signalled(number: int, process: CalotProcess, rng: np.random.Generator) -> None:
-    del rng
     with suppress(ProcessLookupError):
         os.kill(process.pid, number)
 
@@ -120,14 +119,12 @@ def _kill_worker(process: CalotProcess, rng: np.random.Generator) -> None:
 
 def _fill_disk(process: CalotProcess, rng: np.random.Generator) -> None:
     """Let no file of the command's processes grow, as on a full disk."""
-    del rng
     for pid in process.processes():
         with suppress(ProcessLookupError):
             resource.prlimit(pid, resource.RLIMIT_FSIZE, (NO_ROOM_BYTES, NO_ROOM_BYTES))
 
 
 def _move_away(process: CalotProcess, rng: np.random.Generator) -> None:
-    del rng
     with suppress(FileNotFoundError):  # nothing has been written yet
         (process.folder / "out").rename(process.folder / "moved")
 
@@ -145,35 +142,26 @@ def _interrupt_twice(process: CalotProcess, rng: np.random.Generator) -> None:
         time.sleep(0.1)
 
 
-FAULTS: dict[str, Callable[[CalotProcess, np.random.Generator], None]] = {
-    "kill": partial(_signalled, signal.SIGKILL),
-    "kill a worker": _kill_worker,
-    "SIGTERM": partial(_signalled, signal.SIGTERM),
-    "SIGINT": partial(_signalled, signal.SIGINT),
-    "SIGHUP": partial(_signalled, signal.SIGHUP),
-    "three signals": _interrupt_twice,
-    "full disk": _fill_disk,
-    "file in place of the folder": _put_file_in_place,
-    "folder vanishes": _move_away,
+Interfere = Callable[[CalotProcess, np.random.Generator], None]
+
+FAULTS: dict[str, tuple[Interfere, tuple[int, ...]]] = {
+    "kill": (partial(_signalled, signal.SIGKILL), (-signal.SIGKILL,)),
+    "kill a worker": (_kill_worker, USUAL),
+    "SIGTERM": (partial(_signalled, signal.SIGTERM), (128 + signal.SIGTERM, *USUAL)),
+    "SIGINT": (partial(_signalled, signal.SIGINT), (128 + signal.SIGINT, *USUAL)),
+    "SIGHUP": (partial(_signalled, signal.SIGHUP), (128 + signal.SIGHUP, *USUAL)),
+    "three signals": (_interrupt_twice, (128 + signal.SIGTERM, *USUAL)),
+    "full disk": (_fill_disk, (BAD_INPUT, *USUAL)),
+    "file in place of the folder": (_put_file_in_place, (BAD_INPUT, *USUAL)),
+    "folder vanishes": (_move_away, (BAD_INPUT, *USUAL)),
 }
-EXIT_CODES: dict[str, tuple[int, ...]] = {
-    "none": USUAL,
-    "kill": (-signal.SIGKILL,),
-    "kill a worker": USUAL,
-    "SIGTERM": (128 + signal.SIGTERM, *USUAL),
-    "SIGINT": (128 + signal.SIGINT, *USUAL),
-    "SIGHUP": (128 + signal.SIGHUP, *USUAL),
-    "three signals": (128 + signal.SIGTERM, *USUAL),
-    "full disk": (BAD_INPUT, *USUAL),
-    "file in place of the folder": (BAD_INPUT, *USUAL),
-    "folder vanishes": (BAD_INPUT, *USUAL),
-}
+"""By name: what interferes, and the exit codes that are right then."""
 
 
 def _wrong_exit(code: int, fault: str, err: str) -> Iterator[str]:
-    if code not in EXIT_CODES[fault]:
+    if code not in (right := FAULTS[fault][1] if fault != "none" else USUAL):
         last = (err.strip().splitlines() or [""])[-1]
-        yield f"exit code {code}, not one of {EXIT_CODES[fault]}: {last}"
+        yield f"exit code {code}, not one of {right}: {last}"
     if "Traceback" in err:
         yield f"a traceback: {err[err.index('Traceback') :]}"
 

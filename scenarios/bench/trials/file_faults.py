@@ -228,19 +228,14 @@ def dataset(folder: Path) -> Target:
         return not same or asdict(read.header) != asdict(good.header)
 
     return Target(
-        tamper=lambda chance: _write(file, flipped(content, chance)),
+        tamper=lambda chance: file.write_bytes(flipped(content, chance)),
         read=lambda: read_part(file),
         is_changed=is_changed,
     )
 
 
-def _write(file: Path, content: bytes) -> None:
-    file.write_bytes(content)
-
-
 def state(folder: Path) -> Target:
     """Return a world's saved state; another possible state is no fault."""
-    del folder
     world = World()
     world.reset(anatomy_from_seed(10_003))
     whole = {"anatomy": world.anatomy, "world": world.state()}
@@ -275,12 +270,7 @@ def _restructured_rest(block: np.ndarray, chance: np.random.Generator) -> np.nda
 
 
 FILES: dict[str, Callable[[Path], Target]] = {
-    "recording": recording,
-    "evaluation": evaluation,
-    "planner": planner,
-    "controller": controller,
-    "script": script,
-    "dataset": dataset,
-    "state": state,
+    make.__name__: make
+    for make in (recording, evaluation, planner, controller, script, dataset, state)
 }
 """The functions that make each target in a folder of its own; a new target is one more entry."""

@@ -6,7 +6,8 @@ rule. All corrections at one time of an episode start from the same saved state.
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections import Counter
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from copy import deepcopy
 from dataclasses import dataclass, replace
@@ -14,20 +15,22 @@ from itertools import islice
 from typing import Literal
 
 import numpy as np
+from rich.table import Table
 
 from planner.correction import CORRECTIONS, DIRECTION_ENDOSCOPE, Correction
 from planner.instruction import Instruction
 from planner.procedure.cholecystectomy import CHOLECYSTECTOMY
 from planner.procedure.outcomes import structure_of
 from scenarios.bench.trials.run_trials import Trial
-from scenarios.demonstration.interjections import is_harmless
+from scenarios.demonstration.interjections import PlannerFixed, is_harmless
 from scenarios.demonstration.labels import THRESHOLD_RAD
 from scenarios.episode import Episode
+from scenarios.files.outside_text import table_of
 from scenarios.loop.episode_config import EpisodeConfig
+from scenarios.loop.results import wilson_interval
 from scenarios.run_episode import begin
 from tissue_sim.frames import Array
 from tissue_sim.patient.tubes import between_jaws
-from tissue_sim.sensing.observation import Observation
 from tissue_sim.tools.arms import RIGHT_ARM
 from tissue_sim.world import World
 
@@ -71,47 +74,26 @@ class ObedienceTrial(Trial):
     wrong_tube: bool | None = None
 
 
-@dataclass(frozen=True, kw_only=True)
-class PlannerFixed:
-    """A planner that always gives the same instruction."""
+def examine_obedience(seed: int, config: EpisodeConfig, by: Speaker = "planner") -> ObedienceTrial:
+    """Run the trial on a seed's patient, under an episode's configuration.
 
-    instruction: Instruction
-    hears_of_success: bool = False
-
-    def plan(self, observation: Observation) -> Instruction:
-        """Return the same instruction for every observation."""
-        del observation
-        return self.instruction
-
-    def reset(self) -> None:
-        """Do nothing: the planner has no state."""
-
-
-@dataclass(frozen=True, kw_only=True)
-class ObedienceExamination:
-    """Examines a controller, under an episode's configuration with each trial's seed.
-
-    Attributes:
+    Args:
+        seed: Seed of the patient.
+        config: The episode, but for its seed.
         by: Speaker of the corrections: the planner or a person.
     """
-
-    config: EpisodeConfig
-    by: Speaker = "planner"
-
-    def __call__(self, seed: int) -> ObedienceTrial:
-        """Run the trial on a seed's patient."""
-        episode = begin(replace(self.config, seed=seed))
-        moments_s = sorted(np.random.default_rng(seed).uniform(FIRST_S, LAST_S, MOMENTS).tolist())
-        responses, wrong_tube = list[CorrectionResponse](), None
-        for step in episode.steps():
-            if wrong_tube is None and step.instruction.task == FIRST_CLIP:
-                wrong_tube = _goes_to_the_other_tube(episode)
-            if moments_s and step.time_s >= moments_s[0] and not step.exchange:
-                responses += _responses(episode, step.instruction, self.by)
-                del moments_s[0]
-            if not moments_s:
-                break
-        return ObedienceTrial(seed=seed, responses=tuple(responses), wrong_tube=wrong_tube)
+    episode = begin(replace(config, seed=seed))
+    moments_s = sorted(np.random.default_rng(seed).uniform(FIRST_S, LAST_S, MOMENTS).tolist())
+    responses, wrong_tube = list[CorrectionResponse](), None
+    for step in episode.steps():
+        if wrong_tube is None and step.instruction.task == FIRST_CLIP:
+            wrong_tube = _goes_to_the_other_tube(episode)
+        if moments_s and step.time_s >= moments_s[0] and not step.exchange:
+            responses += _responses(episode, step.instruction, by)
+            del moments_s[0]
+        if not moments_s:
+            break
+    return ObedienceTrial(seed=seed, responses=tuple(responses), wrong_tube=wrong_tube)
 
 
 def is_obeyed(correction: Correction, moved_m: Array, opened_rad: Array) -> bool:
@@ -195,3 +177,37 @@ def _forked(episode: Episode, said: Instruction) -> Iterator[Episode]:
     finally:
         world.restore(state)
         episode.controller.reset()
+
+
+def obedience_table(trials: Sequence[ObedienceTrial]) -> Table:
+    """Return how often each correction was obeyed, and how often the instructed tube was chosen.
+
+    A correction that was withheld (see `CorrectionResponse`) counts as not obeyed.
+    """
+    responses = [response for trial in trials for response in trial.responses]
+    given, obeyed = (
+        Counter(r.text for r in responses),
+        Counter(r.text for r in responses if r.obeyed),
+    )
+    withheld = Counter(r.text for r in responses if r.withheld)
+    title = f"words obeyed, seeds {trials[0].seed} to {trials[-1].seed}"
+    figures = ("times", "obeyed", "withheld", "share (95 % Wilson interval)")
+    table = table_of(title, ("said",), figures, ())
+    for correction in CORRECTIONS:
+        text = correction.text
+        _add(table, text, obeyed[text], given[text], str(withheld[text]))
+    table.add_section()
+    _add(table, "all corrections", obeyed.total(), given.total(), str(withheld.total()))
+    tubes = [trial.wrong_tube for trial in trials if trial.wrong_tube is not None]
+    _add(table, "to the tube whose turn it is not", sum(tubes), len(tubes))
+    return table
+
+
+def _add(table: Table, said: str, obeyed: int, times: int, withheld: str = "") -> None:
+    share = "never said" if times == 0 else _share(obeyed, times)
+    table.add_row(said, str(times), str(obeyed), withheld, share)
+
+
+def _share(obeyed: int, times: int) -> str:
+    low, high = wilson_interval(obeyed, times)
+    return f"{obeyed / times:.3f} ({low:.3f} to {high:.3f})"

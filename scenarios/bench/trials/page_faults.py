@@ -18,13 +18,11 @@ from tempfile import TemporaryDirectory
 import numpy as np
 
 from scenarios.catalogue import ORACLE
+from scenarios.commands.browser import new_session
 from scenarios.loop.episode_config import EpisodeConfig
-from scenarios.viewer.pace import Pace
 from scenarios.viewer.serving.page_process import PageProcess
 from scenarios.viewer.serving.port import choose_port
 from scenarios.viewer.serving.say_server import MOST_BYTES
-from scenarios.viewer.session_state import SessionState
-from scenarios.viewer.watcher import Watcher
 
 HOST = "127.0.0.1"
 LOADING_S = 60.0
@@ -50,7 +48,9 @@ def page_faults(seed: int, n: int) -> Counter[str]:
     with TemporaryDirectory(prefix="calot-page-") as out:
         port = choose_port(HOST)
         say_port = choose_port(HOST, say_port=port)
-        with PageProcess(_session(Path(out)), host=HOST, port=port, say_port=say_port):
+        config = EpisodeConfig(**ORACLE, seed=0)
+        session = new_session(config, Path(out), paused=True, restarts=True, camera=False)
+        with PageProcess(session, host=HOST, port=port, say_port=say_port):
             first = _post(b"qqqq the left arm higher")  # loads what reads it: seconds, once
             _sent(say_port, first, within_s=LOADING_S)
             for _ in range(n):
@@ -60,11 +60,6 @@ def page_faults(seed: int, n: int) -> Counter[str]:
                     outcome = "page lost"
                 counts[f"{name}: {outcome}"] += 1
     return counts
-
-
-def _session(out: Path) -> SessionState:
-    config, pace = EpisodeConfig(**ORACLE, seed=0), Pace(paused=True)
-    return SessionState(config=config, out=out, pace=pace, watcher=Watcher(pace))
 
 
 def _sent(port: int, client: Client, within_s: float = MOST_S) -> str:

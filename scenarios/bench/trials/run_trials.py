@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Generator, Sequence
+from collections.abc import Callable, Sequence
 from contextlib import closing
 from dataclasses import dataclass
 from typing import Generic, Self, TypeVar
@@ -11,7 +11,7 @@ from rich.progress import track
 
 from scenarios.files.errors import describe_with_place
 from scenarios.files.outside_text import Terminal
-from scenarios.workers.pool import run_side_by_side
+from scenarios.workers.pool import run_each
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -32,28 +32,24 @@ Result = TypeVar("Result", bound=Trial)
 
 @dataclass(frozen=True, kw_only=True)
 class TrialAttempt(Generic[Result]):
-    """Runs one trial by its seed; an exception becomes a result as well.
-
-    Attributes:
-        run: The trial.
-        lost: Makes the result of a trial that ended by an exception or by the death of its process.
-    """
+    """Runs one trial of a kind by its seed; an exception becomes a result as well."""
 
     run: Callable[[int], Result]
-    lost: Callable[[int, Exception], Result]
+    kind: type[Result]
 
     def __call__(self, seed: int) -> Result:
         try:
             return self.run(seed)
         except Exception as error:
-            return self.lost(seed, error)
+            return self.kind.lost(seed, error)
 
 
 def run_all(
     what: str, seeds: Sequence[int], workers: int, attempt: TrialAttempt[Result]
 ) -> list[Result]:
     """Run a trial on each seed's patient, with a progress bar; return the results by seed."""
-    with closing(_results(seeds, workers, attempt)) as results:
+    each = run_each(attempt, seeds, workers, attempt.kind.lost, here=attempt)
+    with closing(each) as results:
         console = Terminal(stderr=True)
         shown = track(results, what, total=len(seeds), console=console, transient=True)
         return sorted(shown, key=lambda trial: trial.seed)
@@ -62,12 +58,3 @@ def run_all(
 def error_lines(trials: Sequence[Trial]) -> list[str]:
     """Return a line for each trial that an error ended."""
     return [f"seed {trial.seed}: {trial.error}" for trial in trials if trial.error]
-
-
-def _results(
-    seeds: Sequence[int], workers: int, attempt: TrialAttempt[Result]
-) -> Generator[Result, None, None]:
-    if workers > 1:
-        yield from run_side_by_side(attempt, seeds, workers, attempt.lost)
-    else:
-        yield from map(attempt, seeds)

@@ -7,7 +7,7 @@ Gusts aim at the tissue's current position; the commanded tip moves at `MAX_SPEE
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from itertools import zip_longest
 
 import numpy as np
@@ -43,8 +43,8 @@ class Motion:
         jaw_rad: Total opening to command.
     """
 
-    move_world_m: Array
-    turn_tool_rad: Array
+    move_world_m: Array = field(default_factory=lambda: np.zeros(3))
+    turn_tool_rad: Array = field(default_factory=lambda: np.zeros(3))
     jaw_rad: float
 
 
@@ -72,14 +72,12 @@ class StormArm:
         way = target_world_m - self.T_world_tool[:3, 3]
         steps = max(1, int(np.ceil(np.linalg.norm(way) / (self.speed_m_s() * CONTROL_PERIOD_S))))
         for _ in range(steps):
-            yield Motion(move_world_m=way / steps, turn_tool_rad=np.zeros(3), jaw_rad=jaw_rad)
+            yield Motion(move_world_m=way / steps, jaw_rad=jaw_rad)
 
     def stay(self, jaws_rad: Array) -> Iterator[Motion]:
         """Stay in place, with the jaws at one angle after another."""
         for jaw_rad in jaws_rad:
-            yield Motion(
-                move_world_m=np.zeros(3), turn_tool_rad=np.zeros(3), jaw_rad=float(jaw_rad)
-            )
+            yield Motion(jaw_rad=float(jaw_rad))
 
 
 def storm(world: World, seed: int) -> Iterator[JointCommand]:
@@ -178,8 +176,7 @@ GUSTS: tuple[Callable[[StormArm], Iterator[Motion]], ...] = (
 def _action(motions: tuple[Motion | None, ...], joints: Array, world: World) -> ToolAction:
     """Combine both arms' motions into one action; an arm whose gust has ended stays."""
     at_rest = [
-        m or Motion(move_world_m=np.zeros(3), turn_tool_rad=np.zeros(3), jaw_rad=jaw_rad)
-        for m, jaw_rad in zip(motions, joints[:, 6], strict=True)
+        m or Motion(jaw_rad=jaw_rad) for m, jaw_rad in zip(motions, joints[:, 6], strict=True)
     ]
     return ToolAction(
         move_endoscope_m=np.stack([m.move_world_m for m in at_rest])

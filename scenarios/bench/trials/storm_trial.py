@@ -2,15 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from itertools import islice, pairwise
 
 import numpy as np
 from numpy.typing import NDArray
+from rich.table import Table
 
 from scenarios.bench.trials.run_trials import Trial
 from scenarios.bench.trials.storm import OPEN_RAD, storm
+from scenarios.files.outside_text import table_of
 from tissue_sim.frames import Array
 from tissue_sim.mechanics.topology import components
 from tissue_sim.patient.anatomy import anatomy_from_seed
@@ -235,3 +237,41 @@ def _springs(world: World) -> int:
 
 def _steps(world: World, time_s: float) -> int:
     return round(time_s / world.config.control_step_s)
+
+
+def trial_table(trials: Sequence[StormTrial]) -> Table:
+    """Return a table of the storms' effects and of the laws that they broke."""
+    title = f"{len(trials)} storms, seeds {trials[0].seed} to {trials[-1].seed}"
+    table = table_of(title, ("measured",), ("median", "p99", "max"), ())
+    finished = [t for t in trials if np.isfinite(t.tip_speed_m_s)]
+    measured = {
+        "commanded tip speed, max of a storm (mm/s)": [
+            1e3 * t.commanded_speed_m_s for t in finished
+        ],
+        "tip speed, p99 of a storm (mm/s)": [1e3 * t.tip_speed_m_s for t in finished],
+        "fastest tissue (m/s)": [t.tissue_speed_m_s for t in finished],
+        "force on a tool (N)": [t.force_n for t in finished],
+        "energy in the tissue (mJ)": [1e3 * t.energy_j for t in finished],
+        "volume lost in the storm (%)": [100 * (1 - t.volume[0]) for t in finished],
+        "volume gained in the storm (%)": [100 * (t.volume[1] - 1) for t in finished],
+        "elements inside out in the storm": [t.inverted for t in finished],
+    }
+    for name, values in measured.items() if finished else ():
+        table.add_row(name, *(f"{x:.4g}" for x in np.percentile(values, [50, 99, 100])))
+    table.add_section()
+    for name in ("touched", "clipped", "cut", "torn", "detached", "caught"):
+        share = sum(getattr(t, name) for t in trials) / len(trials)
+        table.add_row(f"storms in which tissue was {name}", "", "", f"{share:.1%}")
+    table.add_row("storms that broke a law", "", "", str(sum(bool(t.broken) for t in trials)))
+    return table
+
+
+def broken_lines(trials: Sequence[StormTrial]) -> list[str]:
+    """Return a line for each storm that broke a law."""
+    return [f"seed {t.seed}: {', '.join(t.broken)}" for t in trials if t.broken]
+
+
+def caught_lines(trials: Sequence[StormTrial]) -> list[str]:
+    """Return a line with the storms after which tissue is still held by a tool, if any."""
+    seeds = [str(t.seed) for t in trials if t.caught]
+    return [f"still caught on a tool: seeds {', '.join(seeds)}"] if seeds else []

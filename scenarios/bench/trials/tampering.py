@@ -39,7 +39,7 @@ class Target:
         is_changed: Tells whether the content that was read differs from that of the good input.
     """
 
-    tamper: Callable[[np.random.Generator], None]
+    tamper: Callable[[np.random.Generator], object]
     read: Callable[[], Any]
     is_changed: Callable[[Any], bool]
 

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from planner.learning.files import from_json
-from scenarios.files.errors import BadInputError
+from scenarios.files.errors import BadInputError, refusing
 
 MOST_BYTES = 1_000_000
 ALLOWED = 'SECONDS<tab>TEXT or {"time_s": SECONDS, "text": "TEXT"}, SECONDS at least 0'
@@ -54,12 +54,9 @@ def read_script(path: Path) -> tuple[Timed, ...]:
 
 
 def _timed(path: Path, number: int, line: str) -> Timed:
-    try:
+    before, after = f"--instruct {path}, line {number}: ", f"; allowed: {ALLOWED}"
+    with refusing(ValueError, before=before, after=after):
         return _from_json(line) if line.lstrip().startswith("{") else _from_tabbed(line)
-    except ValueError as error:
-        raise BadInputError(
-            f"--instruct {path}, line {number}: {error}; allowed: {ALLOWED}"
-        ) from None
 
 
 def _from_json(line: str) -> Timed:

@@ -16,8 +16,8 @@ from controller.expert.targets import belongs_here, clip_pose, cut_pose
 from planner.correction import CORRECTIONS, DIRECTION_ENDOSCOPE
 from planner.procedure.outcomes import structure_of, task_done
 from planner.procedure.task import Task
+from scenarios.loop.observer import Observer
 from scenarios.loop.person.inbox import Inbox
-from scenarios.loop.results import EpisodeResult
 from scenarios.loop.step import Step
 from tissue_sim.constants import CONTROL_PERIOD_S
 from tissue_sim.frames import Array, inverse_pose
@@ -37,7 +37,7 @@ AWAY = 2  # axis of the endoscope
 WORDS = {c.direction or c.jaw: c.text for c in CORRECTIONS if c.arm == "right"}
 
 
-class Surgeon:
+class Surgeon(Observer):
     """Observes an episode, and speaks to the robot through the episode's inbox."""
 
     def __init__(self, inbox: Inbox) -> None:
@@ -61,9 +61,6 @@ class Surgeon:
         if (words := self._words(task, closes=closes, stands=stands)) is not None:
             self._said += 1
             self._inbox.say(words)
-
-    def on_end(self, result: EpisodeResult) -> None:
-        """Do nothing."""
 
     def _closes(self, step: Step) -> bool:
         jaw_rad = float(step.command.joints[RIGHT_ARM, 6])

@@ -12,7 +12,7 @@ from tissue_sim.rendering.clip_shape import LOOK as CLIP
 from tissue_sim.rendering.clip_shape import leg
 from tissue_sim.tools.arms import LEFT_ARM, RIGHT_ARM
 from tissue_sim.tools.instrument_meshes import link_parts, with_finish
-from tissue_sim.tools.instruments import INSTRUMENTS, PATCH_LINKS, Instrument
+from tissue_sim.tools.instruments import INSTRUMENTS, PATCH_LINKS
 from tissue_sim.tools.psm import T_yaw_tool
 
 LINKS = (*PATCH_LINKS, "palm")
@@ -27,12 +27,13 @@ class InstrumentLayer:
     """
 
     def __init__(self, scene: viser.SceneApi, root: str, patient: Patient) -> None:
-        del patient
         still, here = np.array([[1.0, 0.0, 0.0, 0.0]]), np.zeros((1, 3))
         self._links = {
             tool: {
-                link: scene.add_batched_glb(f"{root}/{tool}/{link}", mesh, still, here, lod="off")
-                for link, mesh in _glbs(instrument).items()
+                link: scene.add_batched_glb(
+                    f"{root}/{tool}/{link}", glb(*map(with_finish, parts)), still, here, lod="off"
+                )
+                for link, parts in link_parts(instrument).items()
             }
             for tool, instrument in INSTRUMENTS.items()
         }
@@ -52,13 +53,6 @@ class InstrumentLayer:
                     show(links[link], "batched_wxyzs", turns[arm, k : k + 1], SEEN_TURN)
 
 
-def _glbs(instrument: Instrument) -> dict[str, bytes]:
-    return {
-        link: glb(*(with_finish(part) for part in parts))
-        for link, parts in link_parts(instrument).items()
-    }
-
-
 def _T_world_links(frame: Frame) -> Array:
     """Return (2, 5, 4, 4) poses of the links; the palm's is computed from the tool's."""
     tools = [INSTRUMENTS[name] for name in frame.tools]
@@ -73,7 +67,6 @@ class ClipLayer:
     """
 
     def __init__(self, scene: viser.SceneApi, root: str, patient: Patient) -> None:
-        del patient
         self._legs = scene.add_batched_meshes_simple(
             f"{root}/clips",
             np.asarray(leg().points, np.float32),

@@ -23,7 +23,6 @@ class ForceLayer:
     """The tissue's force on each instrument: an arrow at its tip, as long as the force is large."""
 
     def __init__(self, scene: viser.SceneApi, root: str, patient: Patient) -> None:
-        del patient
         self._arrows = scene.add_arrows(
             f"{root}/forces",
             np.zeros((0, 2, 3)),
@@ -45,7 +44,6 @@ class PlanLayer:
     """The rest of the current action chunk: a line from each tip."""
 
     def __init__(self, scene: viser.SceneApi, root: str, patient: Patient) -> None:
-        del patient
         self._lines = [
             scene.add_line_segments(
                 f"{root}/plan/{arm}", np.zeros((0, 2, 3)), colour, thickness=0.0012
@@ -63,7 +61,6 @@ class SeenLayer:
     """The observed points as balls of 95 %: those that a camera shows, and hidden ones."""
 
     def __init__(self, scene: viser.SceneApi, root: str, patient: Patient) -> None:
-        del patient
         ball = trimesh.creation.icosphere(subdivisions=1, radius=1.0)
         self._balls = {
             hidden: scene.add_batched_meshes_simple(

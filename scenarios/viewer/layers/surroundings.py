@@ -55,7 +55,6 @@ class LampLayer:
     """A lamp at the endoscope's tip, and a weak light from all sides."""
 
     def __init__(self, scene: viser.SceneApi, root: str, patient: Patient) -> None:
-        del patient
         scene.configure_default_lights(enabled=False)
         scene.configure_environment_map("studio", environment_intensity=FILL)
         self._lamp = scene.add_light_point(f"{root}/lamp", color=XENON, intensity=INTENSITY_CD)

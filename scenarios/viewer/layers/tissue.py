@@ -88,7 +88,6 @@ class StrandLayer:
     """A thread for each intact strand of connective tissue."""
 
     def __init__(self, scene: viser.SceneApi, root: str, patient: Patient) -> None:
-        del patient
         self._threads = scene.add_line_segments(
             f"{root}/strands",
             np.zeros((0, 2, 3)),
@@ -105,7 +104,6 @@ class LeakLayer:
     """One mesh for each structure that leaks bile or blood."""
 
     def __init__(self, scene: viser.SceneApi, root: str, patient: Patient) -> None:
-        del patient
         self._scene, self._root = scene, f"{root}/leaks"
         self._meshes: dict[str, viser.MeshHandle] = {}
 

@@ -9,7 +9,8 @@ import viser
 from scenarios.catalogue import SCENARIOS, SENSE_OF
 from scenarios.files.outside_text import visible
 from scenarios.perturbation.manual import MANUAL
-from scenarios.viewer.panels.panel import Panel, pad
+from scenarios.viewer.pace import Pace
+from scenarios.viewer.panels.panel import Panel, asking, pad
 from scenarios.viewer.session_state import Asks, SessionState, State
 
 SPEEDS = {
@@ -36,19 +37,10 @@ class TransportPanel(Panel):
             self._speed = gui.add_dropdown(
                 "speed", tuple(SPEEDS), initial_value=_name(ask(SessionState.state).speed)
             )
-        self._start.on_click(self._on_start)
-        self._pause.on_click(self._on_pause)
-        step.on_click(self._on_step)
+        self._start.on_click(asking(ask, SessionState.drive, Pace.go_on))
+        self._pause.on_click(asking(ask, SessionState.drive, Pace.pause))
+        step.on_click(asking(ask, SessionState.drive, Pace.step))
         self._speed.on_update(self._on_speed)
-
-    async def _on_start(self, _: object) -> None:
-        self._ask(SessionState.go_on)
-
-    async def _on_pause(self, _: object) -> None:
-        self._ask(SessionState.pause)
-
-    async def _on_step(self, _: object) -> None:
-        self._ask(SessionState.step)
 
     async def _on_speed(self, _: object) -> None:
         if (speed := SPEEDS.get(self._speed.value)) is not None:
@@ -67,14 +59,8 @@ class DisturbPanel(Panel):
     def __init__(self, gui: viser.GuiApi, ask: Asks) -> None:
         with gui.add_folder("Make something go wrong", expand_by_default=False):
             for name in MANUAL:
-                self._add(gui, ask, name)
-
-    def _add(self, gui: viser.GuiApi, ask: Asks, name: str) -> None:
-        button = gui.add_button(name.capitalize(), color="grape")
-
-        @button.on_click
-        async def _(_: object) -> None:
-            ask(SessionState.disturb, name)
+                button = gui.add_button(name.capitalize(), color="grape")
+                button.on_click(asking(ask, SessionState.disturb, name))
 
 
 class NewPatientPanel(Panel):

@@ -2,17 +2,19 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable, Coroutine, Iterable
 from threading import Lock
+from typing import Any
 
 import numpy as np
 import viser
 from viser.transforms import SO3
 
-from planner.correction import CORRECTIONS, Correction
+from planner.correction import CORRECTIONS
 from scenarios.files.outside_text import visible
 from scenarios.loop.person.guided_arm import GuidedArm
 from scenarios.viewer.layers.layer import wxyz
-from scenarios.viewer.panels.panel import LEFT_RGB, RIGHT_RGB, Panel, cells, pad
+from scenarios.viewer.panels.panel import LEFT_RGB, RIGHT_RGB, Panel, asking, cells, pad
 from scenarios.viewer.session_state import Asks, SessionState, State
 from tissue_sim.frames import pose
 from tissue_sim.tools.arms import LEFT_ARM, RIGHT_ARM
@@ -44,23 +46,23 @@ class CorrectionPanel(Panel):
     """
 
     def __init__(self, gui: viser.GuiApi, ask: Asks) -> None:
-        self._ask = ask
         for arm, title, colour in _PADS:
             with gui.add_folder(title):
                 pad(gui, "arm short")
-                for what in _PLACES:
-                    self._add(gui, _correction(arm, what), colour)
+                _add_corrections(gui, ask, arm, _PLACES, colour)
         with gui.add_folder("Both"):
             pad(gui, "two")
-            for what in ("open", "close"):
-                self._add(gui, _correction("both", what), (90, 90, 100))
+            _add_corrections(gui, ask, "both", ("open", "close"), (90, 90, 100))
 
-    def _add(self, gui: viser.GuiApi, correction: Correction, colour: tuple[int, int, int]) -> None:
-        button = gui.add_button(correction.text, color=colour)
 
-        @button.on_click
-        async def _(_: object) -> None:
-            self._ask(SessionState.press, correction.text)
+def _add_corrections(
+    gui: viser.GuiApi, ask: Asks, arm: str, ways: Iterable[str], colour: tuple[int, int, int]
+) -> None:
+    """Add a button for each direction or jaw motion of an arm."""
+    for way in ways:
+        said = next(c.text for c in CORRECTIONS if c.arm == arm and way in (c.direction, c.jaw))
+        button = gui.add_button(said, color=colour)
+        button.on_click(asking(ask, SessionState.press, said))
 
 
 class TakeOverPanel(Panel):
@@ -80,26 +82,19 @@ class TakeOverPanel(Panel):
             right = gui.add_button("Take the right", color=RIGHT_RGB)
             self._jaw = gui.add_slider("jaws open", 0.0, 100.0, 1.0, 50.0, visible=False)
             self._back = gui.add_button("Give it back", visible=False, color="green")
+        left.on_click(self._alone(lambda: self._take(LEFT_ARM)))
+        right.on_click(self._alone(lambda: self._take(RIGHT_ARM)))
+        self._jaw.on_update(self._alone(self._guide))
+        self._back.on_click(self._alone(self._give_back))
 
-        @left.on_click
-        async def _(_: object) -> None:
-            with self._changing:
-                self._take(LEFT_ARM)
+    def _alone(self, act: Callable[[], None]) -> Callable[[object], Coroutine[Any, Any, None]]:
+        """Return a callback that acts while nothing else changes the panel."""
 
-        @right.on_click
-        async def _(_: object) -> None:
+        async def call(_: object) -> None:
             with self._changing:
-                self._take(RIGHT_ARM)
+                act()
 
-        @self._jaw.on_update
-        async def _(_: object) -> None:
-            with self._changing:
-                self._guide()
-
-        @self._back.on_click
-        async def _(_: object) -> None:
-            with self._changing:
-                self._give_back()
+        return call
 
     def update(self, state: State) -> None:
         """Give the arm back if the session has ended the guidance, as a new episode does."""
@@ -126,12 +121,7 @@ class TakeOverPanel(Panel):
             position=T[:3, 3],
             wxyz=wxyz(T[:3, :3]),
         )
-
-        @self._gizmo.on_update
-        async def _(_: object) -> None:
-            with self._changing:
-                self._guide()
-
+        self._gizmo.on_update(self._alone(self._guide))
         self._jaw.visible = self._back.visible = True
         self._guide()
 
@@ -184,10 +174,6 @@ class TrainingDataPanel(Panel):
     def update(self, state: State) -> None:
         """Enable the button once there is an intervention."""
         self._save.disabled = not state.intervened
-
-
-def _correction(arm: str, what: str) -> Correction:
-    return next(c for c in CORRECTIONS if c.arm == arm and what in (c.direction, c.jaw))
 
 
 def _rotation(wxyz: np.ndarray) -> np.ndarray:

@@ -7,13 +7,14 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from html import escape
+from typing import Any
 
 import viser
 
 from scenarios.viewer.layers.layer import Rgb, srgb
 from scenarios.viewer.layers.overlays import FORCE_COLOUR, KEEP_OUT_COLOUR, PLAN_COLOURS
-from scenarios.viewer.panels.panel import Panel
+from scenarios.viewer.pace import Pace
+from scenarios.viewer.panels.panel import Panel, asking, html
 from scenarios.viewer.panels.talk import GO_ON, HOLD
 from scenarios.viewer.session_state import Asks, SessionState, State
 from tissue_sim.rendering.clip_shape import LOOK as CLIP
@@ -22,12 +23,12 @@ from tissue_sim.rendering.drawn_tissue import looks
 
 @dataclass(frozen=True, kw_only=True)
 class Key:
-    """A key and its action: submit a command, or call a method of the session."""
+    """A key, and what it asks of the session: a method, and what the method is told."""
 
     hotkey: str
     label: str
-    command: str | None = None
-    method: Callable[[SessionState], None] | None = None
+    method: Callable[..., None] = SessionState.press
+    told: tuple[Any, ...] = ()
     shift: bool = False
 
     @property
@@ -46,12 +47,17 @@ _MOVES = {  # keys of the right hand, placed like arrow keys
 }
 _JAWS = {"Y": "open {} gripper", "P": "close {} gripper"}
 KEYS: tuple[Key, ...] = (
-    Key(hotkey="space", label="start or pause", method=SessionState.start_or_pause),
-    Key(hotkey="N", label="one step", method=SessionState.step),
-    Key(hotkey="H", label="hold still", command=HOLD),
-    Key(hotkey="B", label="back to the planner", command=GO_ON),
+    Key(
+        hotkey="space",
+        label="start or pause",
+        method=SessionState.drive,
+        told=(Pace.start_or_pause,),
+    ),
+    Key(hotkey="N", label="one step", method=SessionState.drive, told=(Pace.step,)),
+    Key(hotkey="H", label="hold still", told=(HOLD,)),
+    Key(hotkey="B", label="back to the planner", told=(GO_ON,)),
     *(
-        Key(hotkey=key, label=said, command=said, shift=arm == "left")
+        Key(hotkey=key, label=said, told=(said,), shift=arm == "left")
         for acts in (_MOVES, _JAWS)
         for arm in ("right", "left")
         for key, said in ((key, act.format(arm)) for key, act in acts.items())
@@ -62,35 +68,20 @@ KEYS: tuple[Key, ...] = (
 def add_keys(gui: viser.GuiApi, ask: Asks) -> None:
     """Add all shortcuts to the page."""
     for key in KEYS:
-        _add(gui, ask, key)
-
-
-def _add(gui: viser.GuiApi, ask: Asks, key: Key) -> None:
-    handle = gui.add_command(
-        key.label,
-        hotkey=key.hotkey,  # pyright: ignore[reportArgumentType]
-        modifier="shift" if key.shift else None,
-    )
-
-    @handle.on_trigger
-    async def _(_: object) -> None:
-        if key.command is not None:
-            ask(SessionState.press, key.command)
-        elif key.method is not None:
-            ask(key.method)
+        handle = gui.add_command(
+            key.label,
+            hotkey=key.hotkey,  # pyright: ignore[reportArgumentType]
+            modifier="shift" if key.shift else None,
+        )
+        handle.on_trigger(asking(ask, key.method, *key.told))
 
 
 class LegendPanel(Panel):
     """Colours, which depend on the patient, and keyboard shortcuts."""
 
     def __init__(self, gui: viser.GuiApi, ask: Asks) -> None:
-        del ask
         self._colours = gui.add_html("")
-        rows = "".join(
-            f"<tr><td><kbd>{escape(key.shown)}</kbd></td><td>{escape(key.label)}</td></tr>"
-            for key in KEYS
-        )
-        gui.add_html(f'<div class="calot"><table>{rows}</table></div>')
+        gui.add_html(html("keys", keys=KEYS))
 
     def update(self, state: State) -> None:
         """Show the current patient's colours."""
@@ -109,9 +100,4 @@ class LegendPanel(Panel):
             "right arm's next motions": PLAN_COLOURS[1],
             "keep-outs": KEEP_OUT_COLOUR,
         }
-        entries = "".join(_entry(name, colour) for name, colour in colours.items())
-        self._colours.content = f'<div class="calot">{entries}</div>'
-
-
-def _entry(name: str, colour: Rgb) -> str:
-    return f'<div><span class="swatch" style="background: rgb{colour}"></span>{escape(name)}</div>'
+        self._colours.content = html("colours", colours=colours)

@@ -6,11 +6,9 @@ import time
 
 import viser
 
-from planner.language.reading import Reading
-from scenarios.files.outside_text import in_html
 from scenarios.loop.person.inbox import read
 from scenarios.recording.event_log import Kind, LogLine
-from scenarios.viewer.panels.panel import Panel, pad
+from scenarios.viewer.panels.panel import Panel, asking, html, pad
 from scenarios.viewer.session_state import Asks, SessionState, State
 
 LATE_S = 0.5  # how long to wait for typed text that arrives after Enter
@@ -31,20 +29,14 @@ class TalkPanel(Panel):
             form = gui.add_form(None)
             with form:
                 self._text = gui.add_text("say", "", hint="in your own words; Enter sends it")
-            self._reply = gui.add_html(_html("For instance: “a bit to the left with the applier”"))
+            self._reply = gui.add_html(html("example"))
             self._guesses = gui.add_button_group("did you mean", (_NONE,), visible=False)
             hold = gui.add_button("Hold still", icon=viser.Icon.HAND_STOP, color="red")
             on = gui.add_button("Back to planner", icon=viser.Icon.ROBOT, color="green")
         form.on_submit(self._on_submit)
         self._guesses.on_click(self._on_guess)
-
-        @hold.on_click
-        async def _(_: object) -> None:
-            ask(SessionState.press, HOLD)
-
-        @on.on_click
-        async def _(_: object) -> None:
-            ask(SessionState.press, GO_ON)
+        hold.on_click(asking(ask, SessionState.press, HOLD))
+        on.on_click(asking(ask, SessionState.press, GO_ON))
 
     def _on_submit(self, _: object) -> None:
         """Read the text; viser calls this in a separate thread, so it may take time."""
@@ -52,7 +44,7 @@ class TalkPanel(Panel):
         self._text.value = ""
         reading = read(text)
         self._ask(SessionState.hear, reading)
-        self._reply.content = _html(_answer(reading))
+        self._reply.content = html("read", reading=reading, most=SHOWN)
         unclear = bool(reading.guesses)
         if unclear:
             self._guesses.options = tuple(guess.text for guess in reading.guesses)
@@ -69,29 +61,11 @@ class TalkPanel(Panel):
         if self._guesses.value != _NONE:
             self._ask(SessionState.hear, read(self._guesses.value))
             self._guesses.visible = False
-            self._reply.content = _html(f"<b>{in_html(self._guesses.value)}</b>")
+            self._reply.content = html("guess", text=self._guesses.value)
 
     def update(self, state: State) -> None:
         """Show the robot's newest reply, which describes the arms' current action."""
         spoken = [line for line in state.status.lines if line.kind in SPOKEN]
         if spoken and spoken[-1] != self._shown:
             self._shown = spoken[-1]
-            self._reply.content = _html(_reply(spoken[-1]))
-
-
-def _reply(line: LogLine) -> str:
-    quoted = f'<span class="dim">{in_html(line.text)}</span><br>' if line.detail else ""
-    return f"{quoted}→ <b>{in_html(line.detail or line.text)}</b>"
-
-
-def _answer(reading: Reading) -> str:
-    said = reading.text if len(reading.text) <= SHOWN else f"{reading.text[:SHOWN]}…"
-    quoted = f'<span class="dim">“{in_html(said)}”</span><br>'
-    if reading.command is None:
-        return f"{quoted}<b>{in_html(reading.reply)}</b>"
-    sure = f'<span class="dim">{reading.confidence:.0%}, {in_html(reading.by)}</span>'
-    return f"{quoted}→ <b>{in_html(reading.command.text)}</b> {sure}"
-
-
-def _html(content: str) -> str:
-    return f'<div class="calot reply">{content}</div>'
+            self._reply.content = html("spoken", line=self._shown)

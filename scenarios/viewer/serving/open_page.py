@@ -19,7 +19,6 @@ def serve(
     make: Callable[[int], PageProcess | DrawnPage],
     host: str,
     port: int | None,
-    console: Terminal,
     say_port: int | None = None,
 ) -> Iterator[None]:
     """Serve a page while the block lasts; the microphone's page, if any, is on `say_port`.
@@ -27,17 +26,18 @@ def serve(
     Raises:
         BadInputError: The page cannot be served on this port.
     """
+    console = Terminal(stderr=True)
     with make(choose_port(host, port, say_port=say_port)) as page:
         if port is None and page.port != FIRST_PORT:
-            console.print(f"port {FIRST_PORT} is taken; using {page.port}", highlight=False)
+            console.print(f"port {FIRST_PORT} is taken; using {page.port}")
         token = page.gate.token
         if token:
             warning = "warning: others can reach this address; who has it can move the robot"
-            console.print(warning, highlight=False, soft_wrap=True)
+            console.print(warning, soft_wrap=True)
         asked = f"/?token={token}" if token else ""
         here = f"http://{in_address(host)}"
         told = [f"open {here}:{page.port}{asked} in a browser; press Ctrl-C to end"]
         told += [] if say_port is None else [f"speak at {here}:{say_port}{asked}"]
         for line in told:
-            console.print(line, highlight=False, soft_wrap=True)
+            console.print(line, soft_wrap=True)
         yield

@@ -94,7 +94,7 @@ def test_only_what_passes_the_filter_is_a_failure():
 
 
 def test_an_exception_is_a_failure():
-    (said,) = broken_lines([TrialAttempt(run=run_trial, lost=AttackTrial.lost)(-1)])
+    (said,) = broken_lines([TrialAttempt(run=run_trial, kind=AttackTrial)(-1)])
     assert said.startswith("seed -1: ValueError")
 
 

@@ -8,12 +8,12 @@ import pytest
 from controller.expert.targets import clip_pose, grasp_pose
 from planner.correction import CORRECTIONS
 from planner.procedure.cholecystectomy import TASKS
-from scenarios.bench.corrections import corrections_table
 from scenarios.bench.trials.correction_trial import (
     SAID_S,
     CorrectionTrial,
     Course,
-    ForkComparison,
+    compare_forks,
+    corrections_table,
     wanted_motion,
 )
 from scenarios.bench.trials.run_trials import error_lines
@@ -30,7 +30,7 @@ IDLE = replace(ASTRAY, controller="idle")
 
 @pytest.fixture(scope="module")
 def trial():
-    return ForkComparison(config=ASTRAY)(SEED)
+    return compare_forks(SEED, ASTRAY)
 
 
 def test_a_correction_brings_an_arm_that_was_led_astray_nearer(trial):
@@ -57,11 +57,11 @@ def test_the_wanted_motion_leads_the_tip_to_its_goal_in_the_endoscope_frame(task
 
 @pytest.mark.slow
 def test_the_same_snapshot_gives_the_same_result(trial):
-    assert ForkComparison(config=ASTRAY)(SEED) == trial
+    assert compare_forks(SEED, ASTRAY) == trial
 
 
 def test_without_a_disturbance_nothing_is_compared():
-    assert ForkComparison(config=replace(IDLE, task_cap_s=1.0))(SEED) == CorrectionTrial(seed=SEED)
+    assert compare_forks(SEED, replace(IDLE, task_cap_s=1.0)) == CorrectionTrial(seed=SEED)
 
 
 def rows_of(pairs):

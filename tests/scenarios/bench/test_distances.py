@@ -5,9 +5,9 @@ import pytest
 from scenarios.bench.trials.distance_trial import (
     WHEN,
     Distance,
-    DistanceExamination,
     DistanceTrial,
     distances_table,
+    examine_distances,
 )
 from scenarios.bench.trials.run_trials import error_lines
 from scenarios.loop.episode_config import EpisodeConfig
@@ -18,7 +18,7 @@ REST_M = 2e-4
 
 @pytest.mark.slow
 def test_an_arm_goes_as_far_as_is_said_the_robot_tells_it_and_in_a_hold_all_else_rests():
-    trial = DistanceExamination(config=EpisodeConfig(scenario="textbook"))(SEED)
+    trial = examine_distances(SEED, EpisodeConfig(scenario="textbook"))
     assert {one.when for one in trial.distances} == set(WHEN)
     assert sum(one.when == "exchange" for one in trial.distances) >= 5
     assert sum(one.done for one in trial.distances) > 0.8 * len(trial.distances)

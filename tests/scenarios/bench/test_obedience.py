@@ -4,14 +4,14 @@ import numpy as np
 import pytest
 
 from planner.correction import CORRECTIONS
-from scenarios.bench.obedience import obedience_table
 from scenarios.bench.trials import obedience_trial
 from scenarios.bench.trials.obedience_trial import (
     MIN_M,
     CorrectionResponse,
-    ObedienceExamination,
     ObedienceTrial,
+    examine_obedience,
     is_obeyed,
+    obedience_table,
 )
 from scenarios.bench.trials.run_trials import error_lines
 from scenarios.catalogue import ORACLE
@@ -44,7 +44,7 @@ def test_it_is_obeyed_by_the_named_arm_in_the_named_way_far_enough(said):
 
 def examined(controller, seed=SEED, by="planner"):
     config = EpisodeConfig(**ORACLE | {"controller": controller}, scenario="textbook")
-    return ObedienceExamination(config=config, by=by)(seed)
+    return examine_obedience(seed, config, by)
 
 
 @pytest.fixture(scope="module")

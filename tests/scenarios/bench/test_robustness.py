@@ -6,10 +6,15 @@ from itertools import islice
 import numpy as np
 import pytest
 
-from scenarios.bench.robustness import broken_lines, trial_table
 from scenarios.bench.trials.run_trials import TrialAttempt
 from scenarios.bench.trials.storm import MAX_SPEED_M_S, storm
-from scenarios.bench.trials.storm_trial import StormTrial, intact, run_trial
+from scenarios.bench.trials.storm_trial import (
+    StormTrial,
+    broken_lines,
+    intact,
+    run_trial,
+    trial_table,
+)
 from scenarios.cli import main
 from tissue_sim.frames import Array
 from tissue_sim.patient.at_risk import AT_RISK
@@ -86,7 +91,7 @@ def test_tissue_that_is_detached_from_the_body_is_not_intact() -> None:
 
 
 def test_an_exception_is_a_broken_law() -> None:
-    lost = TrialAttempt(run=run_trial, lost=StormTrial.lost)(-1)
+    lost = TrialAttempt(run=run_trial, kind=StormTrial)(-1)
     (said,) = lost.broken
     assert said.startswith("ValueError")
     assert re.search(r"\.py:\d+\)$", said)  # where it was raised

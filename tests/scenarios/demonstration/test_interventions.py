@@ -35,7 +35,7 @@ def spoken(tmp_path_factory):
     out = tmp_path_factory.mktemp("spoken")
     (out / "said.tsv").write_text(SAID)
     config = EpisodeConfig(**ORACLE, scenario="textbook", seed=SEED, instruct=str(out / "said.tsv"))
-    result = attempt_episode(config, out, [Interventions(out / "set", config)])
+    result = attempt_episode(config, out, [Interventions(out / "set", config)]).result
     (episode,) = read_episodes(out / "set")
     return result, load(out / "episodes" / f"{SEED}.npz"), episode
 

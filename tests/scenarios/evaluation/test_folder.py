@@ -138,7 +138,7 @@ def test_an_episode_that_breaks_off_is_an_error_and_is_run_again(tmp_path, monke
     monkeypatch.setitem(CONTROLLERS, "breaks", PolicyEntry(factory=BREAKS))
     some = plan("textbook", arms=(arm_from_text("a=scripted+breaks"),), seeds=[10_004])
     (case,) = some.due({})
-    ended = attempt(case, tmp_path)
+    _, ended = attempt(case, tmp_path)
     assert ended.result.error == "RuntimeError: a string snapped"
     assert ended.unwritable is None
     assert finished(tmp_path, some) == {}
@@ -149,7 +149,7 @@ def test_a_full_disk_is_reported_and_the_rest_stays(tmp_path, monkeypatch, reque
     (case,) = plan("nominal", arms=(arm_from_text("a=scripted+breaks"),), seeds=[10_004]).due({})
     (tmp_path / "kept").write_text("kept")
     request.getfixturevalue("full_disk")
-    ended = attempt(case, tmp_path)
+    _, ended = attempt(case, tmp_path)
     assert "File too large" in (ended.unwritable or "")
     assert not (tmp_path / case.recording).exists()
     assert (tmp_path / "kept").read_text() == "kept"
@@ -167,7 +167,7 @@ def test_a_recording_that_somebody_moves_away_was_saved_and_is_run_again(tmp_pat
             out.rename(tmp_path / "gone")
 
     monkeypatch.setattr(Path, "replace", move_away)
-    ended = attempt(case, out)
+    _, ended = attempt(case, out)
     assert ended.unwritable is None
     note(out, case)
     write_results(out / "results.json", [ended.result], config={})

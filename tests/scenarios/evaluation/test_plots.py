@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from matplotlib.figure import Figure
 
-from scenarios.evaluation.plots import ARMS, course, strips, svg
+from scenarios.evaluation.page import ARMS, course, strips, svg
 
 DOT = re.compile(r'<use [^>]*x="([\d.]+)" y="([\d.]+)"[^>]*fill: var\(--arm0\)')
 LINE = re.compile(r'<path d="([^"]*)"[^>]*stroke: var\(--arm0\)')

@@ -5,6 +5,7 @@ import re
 from dataclasses import replace
 from io import StringIO
 
+import msgspec
 import pytest
 from rich.console import Console
 
@@ -16,7 +17,7 @@ from scenarios.evaluation.report import document, lowest_pass_rate, report_of
 from scenarios.evaluation.tables import tables
 from scenarios.evaluation.words import end_of, held
 from scenarios.files.strict_json import dumps
-from scenarios.loop.results import CallResult, episode_from, summarise
+from scenarios.loop.results import CallResult, EpisodeResult, summarise
 from scenarios.recording.reasons import CALLED_LATE, NOT_HOLDING, in_detail, reason
 from scenarios.suites import SUITES
 from tests.scenarios.evaluation.made_up import (
@@ -294,7 +295,7 @@ def test_results_json_has_for_each_arm_and_suite_what_a_run_has(report, results)
     for name, arm in made["arms"].items():
         for suite, found in arm["suites"].items():
             episodes = [
-                episode_from({k: v for k, v in e.items() if k != "condition"})
+                msgspec.convert({k: v for k, v in e.items() if k != "condition"}, EpisodeResult)
                 for e in found["episodes"]
             ]
             mine = [r for c, r in results.items() if (c.arm.name, c.suite) == (name, suite)]

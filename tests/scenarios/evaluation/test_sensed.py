@@ -5,8 +5,7 @@ from pathlib import Path
 
 import pytest
 
-from scenarios.evaluation.page import page
-from scenarios.evaluation.plots import plots
+from scenarios.evaluation.page import page, plots
 from scenarios.evaluation.report import report_of
 from scenarios.evaluation.sensed import sensed_figures
 from scenarios.evaluation.tables import tables

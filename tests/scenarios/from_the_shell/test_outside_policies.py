@@ -84,7 +84,7 @@ def test_an_exit_that_is_asked_for_is_an_error_with_its_traceback(leaves, why, t
     config = EpisodeConfig(
         scenario="textbook", seed=SEED, planner=GRABS, controller=f"{__name__}:{leaves}"
     )
-    result = attempt_episode(config, tmp_path)
+    result = attempt_episode(config, tmp_path).result
     assert (result.outcome, result.error) == ("error", why)
     assert "in act" in (tmp_path / "errors" / f"{SEED}.txt").read_text()
 

@@ -16,7 +16,7 @@ IDLE = ["run", "--controller", "idle", "--planner", "scripted"]
 
 def test_what_was_finished_before_is_reported_and_kept(tmp_path, monkeypatch, capfd):
     tried = iter((Attempt(result=PASSED), Attempt(result=PASSED, unwritable="2.npz: no room")))
-    monkeypatch.setattr(run, "attempt_and_keep", lambda *_: next(tried))
+    monkeypatch.setattr(run, "attempt_episode", lambda *_: next(tried))
     assert main([*IDLE, "--episodes", "3", "--out", str(tmp_path)]) == 2
     out, err = capfd.readouterr()
     assert "passed 1 of 1" in out
@@ -26,7 +26,7 @@ def test_what_was_finished_before_is_reported_and_kept(tmp_path, monkeypatch, ca
 
 def test_results_that_find_no_room_are_one_line(tmp_path, monkeypatch, capsys, request):
     long = replace(PASSED, tasks=20 * PASSED.tasks)
-    monkeypatch.setattr(run, "attempt_and_keep", lambda *_: Attempt(result=long))
+    monkeypatch.setattr(run, "attempt_episode", lambda *_: Attempt(result=long))
     request.getfixturevalue("full_disk")
     assert main([*IDLE, "--out", str(tmp_path)]) == 2
     _, err = capsys.readouterr()

@@ -144,7 +144,7 @@ def blind(setup):
 
 def test_a_policy_that_writes_into_the_observation_ends_the_episode_in_an_error(tmp_path):
     config = EpisodeConfig(scenario="textbook", seed=SEED, planner=LISTENS, controller=BLIND)
-    result = attempt_episode(config, tmp_path)
+    result = attempt_episode(config, tmp_path).result
     assert result.outcome == "error"
     assert result.error == "ValueError: output array is read-only"
     assert "in act" in (tmp_path / "errors" / f"{SEED}.txt").read_text()

@@ -9,6 +9,7 @@ from threading import Thread
 
 import pytest
 
+from scenarios.viewer.pace import Pace
 from scenarios.viewer.serving.page_process import PageProcess, SessionLink, answer
 from scenarios.viewer.serving.port import choose_port
 from scenarios.viewer.session_state import SessionState
@@ -38,7 +39,7 @@ def page(session):
 
 def test_a_method_is_called_on_the_session_and_its_result_comes_back(session):
     with link_to(session) as ask:
-        ask(SessionState.go_on)
+        ask(SessionState.drive, Pace.go_on)
         run_to(session, 0.2)
         assert not ask(SessionState.state).paused
         assert ask(SessionState.patient).anatomy == session.watcher.patient.anatomy
