@@ -133,7 +133,7 @@ def _crowded(seed: int, pairs: range) -> Laps:
     attacked, rng = AttackedPatient(seed), np.random.default_rng(seed)
     for _ in range(WARM_UP):  # mounts each tool once
         attacked.ask_at_random(rng, pairs)
-    with _watched() as (whole, seeing):
+    with watched() as (whole, seeing):
         for _ in range(CALLS):
             attacked.ask_at_random(rng, pairs)
     return _laps(whole, seeing)
@@ -143,14 +143,14 @@ def _in_episode(seed: int) -> Laps:
     """Time the filter in the expert's whole procedure."""
     steps = begin(EpisodeConfig(**ORACLE, scenario="textbook", seed=seed)).steps()
     next(steps)
-    with _watched() as (whole, seeing):
+    with watched() as (whole, seeing):
         for _ in steps:
             pass
     return _laps(whole, seeing)
 
 
 @contextmanager
-def _watched() -> Iterator[tuple[Stopwatch, Stopwatch]]:
+def watched() -> Iterator[tuple[Stopwatch, Stopwatch]]:
     """Yield stopwatches on the filter's stages and on its query of near pairs."""
     with Stopwatch(FilterSense, "build") as seeing, Stopwatch(SafetyFilter, "allow") as whole:
         whole.stage(FilterSense, "build", "what is seen")
