@@ -36,7 +36,7 @@ demo: .venv/.ready
 	$(BIN)/calot run --sense $$sees --out $(DEMO)
 
 cameras: .venv/.ready
-	@$(BIN)/python -m tissue_sim.rendering.renderer_fetch
+	@bash tissue_sim/rendering/fetch_renderer.sh $(BIN)/python
 
 test: .venv/.ready
 	$(BIN)/pytest $(WORKERS)

@@ -419,14 +419,8 @@ def _told_if_no_window(render_mode: str | None) -> Iterator[None]:
 
 
 def _exact_tissue(now: Observation) -> dict[str, torch.Tensor]:
-    return {
-        "left_tube_m": _row(now.left_tube_m),
-        "right_tube_m": _row(now.right_tube_m),
-        "sac_m": _row(now.sac_m),
-        "clips_m": _row(now.clips_m),
-        "n_clips": _row([now.n_clips]),
-        "severed": _row(now.severed),
-    }
+    names = ("left_tube_m", "right_tube_m", "sac_m", "clips_m", "n_clips", "severed")
+    return {name: _row(getattr(now, name)) for name in names}
 
 
 def _row(values: Any) -> torch.Tensor:

@@ -3,10 +3,9 @@
 from __future__ import annotations
 
 from bisect import bisect_left
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from math import expm1
-from typing import Protocol
 
 import numpy as np
 from numpy.typing import NDArray
@@ -47,17 +46,8 @@ class Bounds:
         return np.maximum(self.lower - values, values - self.upper)
 
 
-class Limit(Protocol):
-    """A limit on the motion; a limit that does not apply in a situation has no rows."""
-
-    @property
-    def name(self) -> str:
-        """Return the name in the ledger."""
-        ...
-
-    def bounds(self, situation: Situation) -> Bounds:
-        """Return the bounds on the next control step."""
-        ...
+Limit = Callable[[Situation], Bounds]
+"""Returns the bounds on the next control step; no rows if the limit does not apply."""
 
 
 def on_joints(lower: Array, upper: Array) -> Bounds:

@@ -8,13 +8,13 @@ applications", 2019, in discrete time.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from math import sqrt
 
 import numpy as np
 
-from controller.safety.bounds import ARMS, N_MOTION, AllBounds, Limit
+from controller.safety.bounds import ARMS, N_MOTION, AllBounds, Bounds, Limit
 from controller.safety.filter_sense import FilterSense, Registration
 from controller.safety.interlocks import INTERLOCKS, JAW_LOCKS
 from controller.safety.ledger import Entry
@@ -76,12 +76,12 @@ class SafetyFilter:
     def __init__(
         self,
         registration: Registration,
-        limits: Sequence[Limit] = LIMITS,
-        interlocks: Sequence[Limit] = INTERLOCKS,
+        limits: Mapping[str, Limit] = LIMITS,
+        interlocks: Mapping[str, Limit] = INTERLOCKS,
     ) -> None:
         self._sense = FilterSense(registration)
         self._nearest = NearestMotion()
-        self._limits, self._interlocks = tuple(limits), tuple(interlocks)
+        self._limits, self._interlocks = limits, interlocks
         self._control_step_s = registration.step_s
         self.restart()
 
@@ -128,9 +128,8 @@ class SafetyFilter:
 
     def _kept(self, situation: Situation) -> _Kept:
         """Return the nearest motion that keeps all bounds, as far as its way is free."""
-        bounds = {rule.name: rule.bounds(situation) for rule in (*self._limits, *self._interlocks)}
-        set_aside = self._set_aside(situation.instruction)
-        aside = {lock.name: bounds.pop(lock.name) for lock in set_aside}
+        bounds, overrides = self.bounds(situation), situation.instruction.overrides
+        aside = {name: bounds.pop(name) for name in self._interlocks if name in overrides}
         in_force, motion = AllBounds(bounds), situation.motion
         broken = in_force.broken(motion)
         overridden = tuple(AllBounds(aside).broken(motion)) if aside else ()
@@ -143,8 +142,10 @@ class SafetyFilter:
             broken["keep-out: on the way"] = 1.0 - share
         return _Kept(motion=share * motion, broken=broken, overridden=overridden)
 
-    def _set_aside(self, instruction: Instruction) -> list[Limit]:
-        return [lock for lock in self._interlocks if lock.name in instruction.overrides]
+    def bounds(self, situation: Situation) -> dict[str, Bounds]:
+        """Return the bounds of each limit and interlock, by its name in the ledger."""
+        rules = {**self._limits, **self._interlocks}
+        return {name: rule(situation) for name, rule in rules.items()}
 
 
 def _is_a_persons(instruction: Instruction) -> bool:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,7 +18,7 @@ from controller.safety.bounds import (
     between,
 )
 from controller.safety.geometry.collision import NearPairs
-from controller.safety.limits.tip_speed import TIP_SPEED_M_S, tip_box
+from controller.safety.limits.arms import TIP_SPEED_M_S, tip_box
 from controller.safety.situation import Situation
 from tissue_sim.patient.at_risk import AT_RISK
 from tissue_sim.tools.arms import RIGHT_ARM
@@ -30,83 +30,58 @@ _JAWS = {"left": 6, "right": _RIGHT_JAW}
 _TIP_ROWS = 3  # of each arm in a box
 
 
-@dataclass(frozen=True, kw_only=True)
-class ClipsBeforeCut:
-    """Keeps the scissors from closing on a structure whose needed clips are not observed."""
-
-    name: str = "clips before a cut"
-
-    def bounds(self, situation: Situation) -> Bounds:
-        bare = sorted(situation.lacking_clips)
-        cutting = situation.instruments[RIGHT_ARM].deed == "cut"
-        return _no_closing(bare) if cutting and bare else NO_BOUNDS
+def require_clips_before_cut(situation: Situation) -> Bounds:
+    """Keep the scissors from closing on a structure whose needed clips are not observed."""
+    bare = sorted(situation.lacking_clips)
+    cutting = situation.instruments[RIGHT_ARM].deed == "cut"
+    return _no_closing(bare) if cutting and bare else NO_BOUNDS
 
 
-@dataclass(frozen=True, kw_only=True)
-class OnlyWhatIsMeant:
-    """Lets scissors and applier close on the structure of the instruction, or on nothing."""
-
-    name: str = "only what is meant"
-
-    def bounds(self, situation: Situation) -> Bounds:
-        acts = situation.instruction.task.is_deed
-        meant = situation.worked_on[RIGHT_ARM] if acts else frozenset[str]()
-        wrong = sorted(situation.between_jaws - meant)
-        return _no_closing(wrong) if wrong else NO_BOUNDS
+def close_on_what_is_meant(situation: Situation) -> Bounds:
+    """Let scissors and applier close on the structure of the instruction, or on nothing."""
+    acts = situation.instruction.task.is_deed
+    meant = situation.worked_on[RIGHT_ARM] if acts else frozenset[str]()
+    wrong = sorted(situation.between_jaws - meant)
+    return _no_closing(wrong) if wrong else NO_BOUNDS
 
 
-@dataclass(frozen=True, kw_only=True)
-class RoomBesideClips:
-    """Lets applier and scissors close only where clips beside them leave room for it."""
-
-    name: str = "room beside clips"
-
-    def bounds(self, situation: Situation) -> Bounds:
-        crowded = sorted(situation.crowded)
-        return _no_closing(crowded) if crowded else NO_BOUNDS
+def require_room_beside_clips(situation: Situation) -> Bounds:
+    """Let applier and scissors close only where clips beside them leave room for it."""
+    crowded = sorted(situation.crowded)
+    return _no_closing(crowded) if crowded else NO_BOUNDS
 
 
-@dataclass(frozen=True, kw_only=True)
-class ForbiddenByAPerson:
-    """Keeps jaws from forbidden acts: to close on a tube, or to open."""
-
-    name: str = "forbidden by a person"
-
-    def bounds(self, situation: Situation) -> Bounds:
-        forbidden = situation.instruction.forbidden
-        if not forbidden:
-            return NO_BOUNDS
-        act = situation.instruments[RIGHT_ARM].deed
-        shut = sorted(
-            name for name in situation.between_jaws if {act, f"{act} {name}"} & set(forbidden)
-        )
-        stay = [j for side, j in _JAWS.items() if {"open", f"open {side} gripper"} & set(forbidden)]
-        lower, upper = np.full(N_MOTION, -np.inf), np.full(N_MOTION, np.inf)
-        lower[[_RIGHT_JAW] if shut else []] = 0.0
-        upper[stay] = 0.0
-        rows = np.flatnonzero(np.isfinite(lower) | np.isfinite(upper))
-        what = [f"{JOINTS[j]} on {', '.join(shut)}" if j not in stay else JOINTS[j] for j in rows]
-        return between(EACH_JOINT[rows], lower[rows], upper[rows], what) if len(rows) else NO_BOUNDS
+def obey_prohibitions(situation: Situation) -> Bounds:
+    """Keep jaws from forbidden acts: to close on a tube, or to open."""
+    forbidden = situation.instruction.forbidden
+    if not forbidden:
+        return NO_BOUNDS
+    act = situation.instruments[RIGHT_ARM].deed
+    shut = sorted(
+        name for name in situation.between_jaws if {act, f"{act} {name}"} & set(forbidden)
+    )
+    stay = [j for side, j in _JAWS.items() if {"open", f"open {side} gripper"} & set(forbidden)]
+    lower, upper = np.full(N_MOTION, -np.inf), np.full(N_MOTION, np.inf)
+    lower[[_RIGHT_JAW] if shut else []] = 0.0
+    upper[stay] = 0.0
+    rows = np.flatnonzero(np.isfinite(lower) | np.isfinite(upper))
+    what = [f"{JOINTS[j]} on {', '.join(shut)}" if j not in stay else JOINTS[j] for j in rows]
+    return between(EACH_JOINT[rows], lower[rows], upper[rows], what) if len(rows) else NO_BOUNDS
 
 
-@dataclass(frozen=True, kw_only=True)
-class SlowNearAtRisk:
-    """Slows an arm near the common bile duct or the hepatic artery."""
-
-    name: str = "slow near a structure at risk"
-
-    def bounds(self, situation: Situation) -> Bounds:
-        near = situation.near
-        close = near.of(*AT_RISK) & (near.distance_m < NEAR_AT_RISK_M)
-        if not close.any():
-            return NO_BOUNDS
-        slow = np.bincount(near.arm[close], minlength=2) > 0
-        box = tip_box(situation, situation.step_s * np.where(slow, SLOW_M_S, TIP_SPEED_M_S))
-        what = [
-            f"{tool.in_words} slowed{_near(near, close & (near.arm == arm))}"
-            for arm, tool in enumerate(situation.instruments)
-        ]
-        return replace(box, what=tuple(np.repeat(what, _TIP_ROWS).tolist()))
+def slow_near_at_risk(situation: Situation) -> Bounds:
+    """Slow an arm near the common bile duct or the hepatic artery."""
+    near = situation.near
+    close = near.of(*AT_RISK) & (near.distance_m < NEAR_AT_RISK_M)
+    if not close.any():
+        return NO_BOUNDS
+    slow = np.bincount(near.arm[close], minlength=2) > 0
+    box = tip_box(situation, situation.step_s * np.where(slow, SLOW_M_S, TIP_SPEED_M_S))
+    what = [
+        f"{tool.in_words} slowed{_near(near, close & (near.arm == arm))}"
+        for arm, tool in enumerate(situation.instruments)
+    ]
+    return replace(box, what=tuple(np.repeat(what, _TIP_ROWS).tolist()))
 
 
 def _near(near: NearPairs, among: NDArray[np.bool_]) -> str:
@@ -117,16 +92,16 @@ def _near(near: NearPairs, among: NDArray[np.bool_]) -> str:
     return f" near the {near.pair(int(rows[near.distance_m[rows].argmin()]))[2]}"
 
 
-JAW_LOCKS = (ClipsBeforeCut().name, OnlyWhatIsMeant().name, RoomBesideClips().name)
-INTERLOCKS: tuple[Limit, ...] = (
-    ClipsBeforeCut(),
-    OnlyWhatIsMeant(),
-    RoomBesideClips(),
-    ForbiddenByAPerson(),
-    SlowNearAtRisk(),
-)
-
-
 def _no_closing(because_of: list[str]) -> Bounds:
     what = f"{JOINTS[_RIGHT_JAW]} on {', '.join(because_of)}"
     return at_least(EACH_JOINT[[_RIGHT_JAW]], np.zeros(1), [what])
+
+
+INTERLOCKS: dict[str, Limit] = {
+    "clips before a cut": require_clips_before_cut,
+    "only what is meant": close_on_what_is_meant,
+    "room beside clips": require_room_beside_clips,
+    "forbidden by a person": obey_prohibitions,
+    "slow near a structure at risk": slow_near_at_risk,
+}
+JAW_LOCKS = ("clips before a cut", "only what is meant", "room beside clips")

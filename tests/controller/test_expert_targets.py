@@ -36,6 +36,7 @@ from controller.safety.geometry.link_cores import FINGERS
 from controller.safety.obstacles import registered, surroundings_of
 from planner.procedure.cholecystectomy import task_from_text
 from tests.tissue_sim.hands import put
+from tests.tissue_sim.verification.bodies import astride
 from tests.worlds import textbook_world
 from tissue_sim.frames import Array, exponential, inverse_pose
 from tissue_sim.outcome.clip_rule import CUT_ROOM_M, FEWEST_CLIPS, SPACING_M, needed_m
@@ -48,7 +49,6 @@ from tissue_sim.surgery.cut import BLADE_LENGTH_M
 from tissue_sim.thresholds import CUFF_MIN_M
 from tissue_sim.tools.arms import RIGHT_ARM
 from tissue_sim.tools.instruments import INSTRUMENTS
-from tissue_sim.verification.bodies import astride
 from tissue_sim.world import World
 
 APPLIER = "clip_applier"

@@ -13,6 +13,7 @@ from scenarios.loop.episode_config import EpisodeConfig
 from scenarios.perturbation.effects import Effects
 from scenarios.perturbation.perturbation import AtTask
 from scenarios.run_episode import begin
+from tests.tissue_sim.verification.bodies import astride
 from tissue_sim.outcome.clip_rule import FEWEST_CLIPS, needed_m
 from tissue_sim.outcome.predicates import right_arm_back
 from tissue_sim.outcome.room import why_call
@@ -20,7 +21,6 @@ from tissue_sim.patient.variants import variant
 from tissue_sim.surgery.clip import CLIP_LENGTH_M, latch
 from tissue_sim.surgery.cut import BLADE_LENGTH_M, sever
 from tissue_sim.tools.arms import RIGHT_ARM, JointCommand
-from tissue_sim.verification.bodies import astride
 from tissue_sim.world import World
 
 GRAB, FIRST_CLIP, BACK_FROM_FIRST_CLIP, SECOND_CLIP = TASKS[:4]

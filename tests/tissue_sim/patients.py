@@ -2,6 +2,7 @@
 
 import numpy as np
 
+from tests.tissue_sim.verification.bodies import astride
 from tissue_sim.mechanics.tissue import Tissue
 from tissue_sim.patient.organ import build_organ
 from tissue_sim.patient.textbook import textbook_from_seed
@@ -14,7 +15,6 @@ from tissue_sim.surgery.clip import (
     latch,
 )
 from tissue_sim.surgery.cut import BLADE_LENGTH_M, Cut, sever
-from tissue_sim.verification.bodies import astride
 
 SETTLE_STEPS, HALF_SECOND = 45, 30
 _SETTLED: dict[int, tuple[Tubes, dict[str, np.ndarray]]] = {}

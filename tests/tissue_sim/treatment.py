@@ -7,10 +7,10 @@ from typing import Any
 
 import numpy as np
 
+from tests.tissue_sim.verification.bodies import astride
 from tissue_sim.surgery.clip import CLIP_LENGTH_M, latch
 from tissue_sim.surgery.cut import BLADE_LENGTH_M, sever
 from tissue_sim.tools.arms import RIGHT_ARM, JointCommand
-from tissue_sim.verification.bodies import astride
 from tissue_sim.world import World
 
 TUBE = "duct"

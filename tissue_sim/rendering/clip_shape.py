@@ -7,6 +7,7 @@ z gives the other leg.
 
 from __future__ import annotations
 
+from dataclasses import replace
 from functools import cache
 
 import numpy as np
@@ -35,7 +36,8 @@ def leg() -> Surface:
     bar = loft(np.stack([_section(*s) for s in zip(width, inner, outer, z, strict=True)]))
     ribs = [_rib(0.8 * half, 0.3, k) for k in np.linspace(back + 1.8, -1.6, _RIBS)]
     hook = _box((-0.55 * half, 0.55 * half), (-0.95, 0.5), (0.1, 0.6))
-    return _metres(joined([bar, *ribs, hook]))
+    whole = joined([bar, *ribs, hook])
+    return replace(whole, points=whole.points * MM)
 
 
 def _rib(half: float, y: float, z: float) -> Surface:
@@ -55,12 +57,3 @@ def _section(half: float, inner: float, outer: float, z: float) -> Array:
         [(-x + c, y0, z), (x - c, y0, z), (x, y0 + c, z), (x, y1 - c, z),
          (x - c, y1, z), (-x + c, y1, z), (-x, y1 - c, z), (-x, y0 + c, z)]
     )  # fmt: skip
-
-
-def _metres(surface: Surface) -> Surface:
-    return Surface(
-        points=surface.points * MM,
-        normals=surface.normals,
-        triangles=surface.triangles,
-        uv=surface.uv,
-    )

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from functools import lru_cache
 
 import numpy as np
@@ -86,9 +87,4 @@ def _behind(anatomy: Anatomy) -> tuple[tuple[KDTree, Array], tuple[KDTree, Array
 
 
 def _inside_out(surface: Surface) -> Surface:
-    return Surface(
-        points=surface.points,
-        normals=-surface.normals,
-        triangles=surface.triangles[:, ::-1],
-        uv=surface.uv,
-    )
+    return replace(surface, normals=-surface.normals, triangles=surface.triangles[:, ::-1])

@@ -40,7 +40,7 @@ def use_private_renderer(folder: Path = PRIVATE_FOLDER) -> bool:
         OSError: a file of the renderer is missing or broken. Call `renderer_kind` before, which
             tries in another process.
     """
-    if choice_of_another(folder) is not None or not (folder / DRIVER).exists():
+    if _is_another_chosen(folder) or not (folder / DRIVER).exists():
         return False
     for library in (folder / LIBRARIES).read_text().splitlines():
         CDLL(str(folder / library))
@@ -48,12 +48,12 @@ def use_private_renderer(folder: Path = PRIVATE_FOLDER) -> bool:
     return True
 
 
-def choice_of_another(folder: Path = PRIVATE_FOLDER) -> str | None:
-    """Return the environment's variable that names a driver other than the private one, if any."""
+def _is_another_chosen(folder: Path) -> bool:
+    """Return whether the environment names a driver other than the private one."""
     chosen = os.environ.get(DRIVERS_VARIABLE)
     if chosen is not None:
-        return None if chosen == str(folder / DRIVER) else DRIVERS_VARIABLE
-    return next((name for name in OTHER_CHOICES if name in os.environ), None)
+        return chosen != str(folder / DRIVER)
+    return any(name in os.environ for name in OTHER_CHOICES)
 
 
 def render_system() -> "sapien.render.RenderSystem":

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -32,12 +34,7 @@ def pipe(line: Array, radius_m: float, tile_m: float, *, around: int = 18) -> Su
         + np.sin(angle)[None, :, None] * across[:, None]
     )
     surface = sheet(line[:, None] + radius_m * out, tile_m)
-    return Surface(
-        points=surface.points,
-        normals=out.reshape(-1, 3),
-        triangles=surface.triangles[:, ::-1],
-        uv=surface.uv,
-    )
+    return replace(surface, normals=out.reshape(-1, 3), triangles=surface.triangles[:, ::-1])
 
 
 def threads(lines: Array, radii_m: Array, tile_m: float, *, around: int) -> Surface:

@@ -220,7 +220,7 @@ def _between_legs(local: Array) -> NDArray[np.bool_]:
 # inverted.
 
 # Layer of a ring, stiffness of a spring (N/m), rest distance over tube radius. Assumed: so stiff
-# that the lumen closes (`tissue_sim/verification/clip_closure.py`), the walls pressed flat.
+# that the lumen closes (`tests/tissue_sim/verification/clip_closure.py`), the walls pressed flat.
 SQUEEZES = (
     ("inner", 15000.0, 0.002),
     ("outer", 5000.0, 0.30),

@@ -1,1 +1,1 @@
-"""Is the tissue model correct? Closed forms, a converged static solver, and experiments."""
+"""How far is the tissue from its converged static solution?"""

@@ -1,22 +1,17 @@
-"""Which limits must every motion keep? One limit a file, but one file for those of joints."""
+"""Which limits must every motion keep?"""
 
 from controller.safety.bounds import Limit
-from controller.safety.limits.beside_tubes import SlowBesideTubes
-from controller.safety.limits.joint_limits import Acceleration, JointRange, JointSpeed
-from controller.safety.limits.keep_out import KeepOut
-from controller.safety.limits.outer_shafts import OuterShafts
-from controller.safety.limits.remote_centre import RemoteCentre
-from controller.safety.limits.tip_speed import TipSpeed
-from controller.safety.limits.tissue_force import TissueForce
+from controller.safety.limits import arms, tissue
+from controller.safety.limits.keep_out import KEEP_OUT, keep_out_of_obstacles
 
-LIMITS: tuple[Limit, ...] = (
-    JointRange(),
-    JointSpeed(),
-    Acceleration(),
-    TipSpeed(),
-    RemoteCentre(),
-    KeepOut(),
-    OuterShafts(),
-    TissueForce(),
-    SlowBesideTubes(),
-)
+LIMITS: dict[str, Limit] = {
+    "joint range": arms.keep_joint_range,
+    "joint speed": arms.limit_joint_speed,
+    "acceleration": arms.limit_acceleration,
+    "tip speed": arms.limit_tip_speed,
+    "remote centre": arms.hold_remote_centre,
+    KEEP_OUT: keep_out_of_obstacles,
+    "outer shafts": arms.keep_outer_shafts_apart,
+    "tissue force": tissue.limit_force,
+    "slow beside tubes": tissue.slow_beside_tubes,
+}

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -25,31 +24,26 @@ TIME_CONSTANT_S = 0.1  # assumed: at 1 cm from the margin 0.1 m/s
 LEAVE_M_S = 0.01  # speed at which an instrument moves out, assumed
 
 
-@dataclass(frozen=True, kw_only=True)
-class KeepOut:
-    """Keeps instruments out of every obstacle that `exemption` does not exempt.
+def keep_out_of_obstacles(situation: Situation) -> Bounds:
+    """Keep instruments out of every obstacle that `exemption` does not exempt.
 
     The distance to the margin shrinks by no more than a share of itself in a step. Within the
     margin an instrument leaves by the shortest way. If it cannot leave, it goes no deeper.
     """
-
-    name: str = KEEP_OUT
-
-    def bounds(self, situation: Situation) -> Bounds:
-        near, pairs = situation.near, np.flatnonzero(situation.kept_out)
-        room = near.distance_m[pairs] - np.where(near.of(*STEADY)[pairs], MARGIN_M, TUBE_MARGIN_M)
-        share = approach_share(situation.step_s, TIME_CONSTANT_S)
-        out = np.minimum(-share * room, situation.step_s * LEAVE_M_S)
-        leaves = np.flatnonzero(out > 0.0)
-        lower = np.concatenate([np.minimum(out, 0.0), out[leaves]])
-        pairs = np.concatenate([pairs, pairs[leaves]])
-        return Bounds(
-            rows=situation.parting[pairs],
-            lower=lower,
-            upper=np.full(len(lower), np.inf),
-            what=PairNames(near, pairs, situation.instruments),
-            gives=np.arange(len(lower)) >= len(out),
-        )
+    near, pairs = situation.near, np.flatnonzero(situation.kept_out)
+    room = near.distance_m[pairs] - np.where(near.of(*STEADY)[pairs], MARGIN_M, TUBE_MARGIN_M)
+    share = approach_share(situation.step_s, TIME_CONSTANT_S)
+    out = np.minimum(-share * room, situation.step_s * LEAVE_M_S)
+    leaves = np.flatnonzero(out > 0.0)
+    lower = np.concatenate([np.minimum(out, 0.0), out[leaves]])
+    pairs = np.concatenate([pairs, pairs[leaves]])
+    return Bounds(
+        rows=situation.parting[pairs],
+        lower=lower,
+        upper=np.full(len(lower), np.inf),
+        what=PairNames(near, pairs, situation.instruments),
+        gives=np.arange(len(lower)) >= len(out),
+    )
 
 
 class PairNames(Sequence[str]):

@@ -12,7 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from controller.links import tool_jacobian
-from controller.safety.limits.joint_limits import JOINT_SPEED
+from controller.safety.limits.arms import JOINT_SPEED
 from controller.safety.obstacles import LIVER, PORT_WALL, RigidSurroundings, Surroundings
 from tissue_sim.constants import CONTROL_PERIOD_S
 from tissue_sim.frames import Array, unit

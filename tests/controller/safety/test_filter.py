@@ -17,9 +17,12 @@ from controller.safety.filter import FAR, SafetyFilter
 from controller.safety.filter_sense import registration_of
 from controller.safety.geometry.collision import CollisionModel
 from controller.safety.limits import LIMITS
-from controller.safety.limits.joint_limits import JOINT_SPEED, JointSpeed
-from controller.safety.limits.outer_shafts import MARGIN_M as OUTER_MARGIN_M
-from controller.safety.limits.outer_shafts import OuterShafts
+from controller.safety.limits.arms import (
+    JOINT_SPEED,
+    OUTER_MARGIN_M,
+    keep_outer_shafts_apart,
+    limit_joint_speed,
+)
 from controller.safety.obstacles import registered
 from controller.safety.proof import DEEPER_M
 from controller.safety.seen_obstacles import ObstaclesSeen
@@ -34,6 +37,7 @@ SEED = 10_000
 HOME = np.tile(HOME_JOINTS, (2, 1))
 GRAB = Instruction(task=TASKS[0])
 ROUNDING = 1e-9
+SPEED = {"joint speed": limit_joint_speed}
 OUTER_JOINTS = np.array([1.0, 1.0, 0.0, 0.0, 0.0, 0.0, 0.0])
 TIPS_APART = np.outer([1.0, -1.0], [1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0])
 seeds = st.integers(0, 2**32 - 1).map(np.random.default_rng)
@@ -130,10 +134,9 @@ def test_joints_gain_speed_step_by_step_and_again_after_a_restart(world):
 class HoldsAtFirst:
     """Holds every joint in the first step, and nothing afterwards."""
 
-    name = "holds at first"
     held = False
 
-    def bounds(self, situation):
+    def __call__(self, situation):
         if self.held:
             return NO_BOUNDS
         self.held = True
@@ -142,7 +145,7 @@ class HoldsAtFirst:
 
 def test_speed_that_was_not_allowed_is_not_gained(world):
     """Check that an arm that another limit held starts from rest, at any speed asked for."""
-    safety = filter_of(world, limits=(*LIMITS, HoldsAtFirst()))
+    safety = filter_of(world, limits=LIMITS | {"holds at first": HoldsAtFirst()})
     asked = HOME + np.array([0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0])
     moved = [
         safety.allow(HOME, asked, GRAB, world.observe()).joints[0, 3] - HOME[0, 3] for _ in range(2)
@@ -190,7 +193,7 @@ def test_a_jump_across_the_artery_stops_before_it_even_without_limits(world, fie
     for joints in (start, asked):
         assert field.distance_m(joints, "artery") > 0.001
     assert field.on_the_way_m(start, asked, "artery") < -0.0005
-    safety = filter_of(world, limits=(), interlocks=())
+    safety = filter_of(world, limits={}, interlocks={})
     allowed = safety.allow(start, asked, GRAB, world.observe())
     assert allowed.entry is not None
     assert allowed.entry.limits == ("keep-out: on the way",)
@@ -216,14 +219,14 @@ def test_a_finger_beside_a_tube_may_be_drawn_back(world, field, distance_m):
         world, tip_m(world, start) - 0.008 * world.arms.T_world_tool()[RIGHT_ARM, :3, 2], start
     )
     assert field.distance_m(start, "artery") == pytest.approx(distance_m, abs=1e-5)
-    allowed = filter_of(world, limits=(), interlocks=()).allow(start, back, GRAB, world.observe())
+    allowed = filter_of(world, limits={}, interlocks={}).allow(start, back, GRAB, world.observe())
     np.testing.assert_array_equal(allowed.joints, back)
 
 
-@pytest.mark.parametrize("limits", [(JointSpeed(),), (JointSpeed(), OuterShafts())])
+@pytest.mark.parametrize("limits", [SPEED, SPEED | {"outer shafts": keep_outer_shafts_apart}])
 def test_shafts_that_are_brought_together_outside_the_body_stop_before_they_meet(world, limits):
     safety, joints, gaps_m = (
-        filter_of(world, limits=limits, interlocks=()),
+        filter_of(world, limits=limits, interlocks={}),
         HOME,
         [],
     )
@@ -265,7 +268,7 @@ def test_a_tool_in_a_keep_out_goes_no_deeper_even_without_limits(world, field, d
     """Check also that a tool that stopped just outside does not go in."""
     start, into = inside(world, field, "liver", depth_m)
     world.arms.set_joints(start)
-    safety = filter_of(world, limits=(), interlocks=())
+    safety = filter_of(world, limits={}, interlocks={})
     deeper, out = (right_tool_at(world, tip_m(world, start) + d * into) for d in (0.003, -0.003))
     held = safety.allow(start, deeper, GRAB, world.observe())
     allowed_m = min(field.distance_m(start, "liver"), 0.0) - DEEPER_M

@@ -9,11 +9,11 @@ from controller.safety.bounds import N_MOTION
 from controller.safety.interlocks import (
     NEAR_AT_RISK_M,
     SLOW_M_S,
-    ClipsBeforeCut,
-    ForbiddenByAPerson,
-    OnlyWhatIsMeant,
-    RoomBesideClips,
-    SlowNearAtRisk,
+    close_on_what_is_meant,
+    obey_prohibitions,
+    require_clips_before_cut,
+    require_room_beside_clips,
+    slow_near_at_risk,
 )
 from planner.instruction import TASKS, Instruction
 from tests.controller.safety.field import HOME, TOOLS
@@ -30,7 +30,7 @@ def instruction(kind):
 
 
 def cutting(tubes, lacking):
-    return ClipsBeforeCut().bounds(
+    return require_clips_before_cut(
         situation(
             instruments=SCISSORS, between_jaws=frozenset(tubes), lacking_clips=frozenset(lacking)
         )
@@ -51,7 +51,7 @@ def test_clips_on_every_tube_between_the_blades_allow_the_cut():
 
 def test_an_applier_needs_no_clips():
     seen = situation(between_jaws=frozenset({"duct"}), lacking_clips=frozenset({"duct"}))
-    assert keeps(ClipsBeforeCut().bounds(seen), CLOSES)
+    assert keeps(require_clips_before_cut(seen), CLOSES)
 
 
 @pytest.mark.parametrize("kind", ["clip", "cut"])
@@ -61,7 +61,7 @@ def test_an_applier_needs_no_clips():
 )
 def test_jaws_close_on_what_the_instruction_names_or_on_nothing(kind, between, allowed):
     seen = situation(instruction=instruction(kind), worked_on=DUCT, between_jaws=frozenset(between))
-    bounds = OnlyWhatIsMeant().bounds(seen)
+    bounds = close_on_what_is_meant(seen)
     assert keeps(bounds, CLOSES) == allowed
     assert keeps(bounds, OPENS)
 
@@ -80,7 +80,7 @@ def test_jaws_close_on_what_the_instruction_names_or_on_nothing(kind, between, a
 def test_blades_do_not_close_on_what_a_person_forbade_to_cut(forbidden, between, closes):
     said = replace(instruction("cut"), forbidden=(forbidden,))
     seen = situation(instruments=SCISSORS, instruction=said, between_jaws=frozenset(between))
-    bounds = ForbiddenByAPerson().bounds(seen)
+    bounds = obey_prohibitions(seen)
     assert keeps(bounds, CLOSES) == closes
     assert keeps(bounds, OPENS)
 
@@ -88,7 +88,7 @@ def test_blades_do_not_close_on_what_a_person_forbade_to_cut(forbidden, between,
 def test_an_applier_does_not_close_on_what_a_person_forbade_to_clip():
     said = replace(instruction("clip"), forbidden=("clip",))
     seen = situation(instruction=said, between_jaws=frozenset({"duct"}))
-    assert not keeps(ForbiddenByAPerson().bounds(seen), CLOSES)
+    assert not keeps(obey_prohibitions(seen), CLOSES)
 
 
 @pytest.mark.parametrize(
@@ -101,7 +101,7 @@ def test_an_applier_does_not_close_on_what_a_person_forbade_to_clip():
     ],
 )
 def test_a_gripper_that_must_stay_shut_does_not_open(forbidden, left_opens, right_opens):
-    bounds = ForbiddenByAPerson().bounds(
+    bounds = obey_prohibitions(
         situation(instruction=replace(instruction("cut"), forbidden=(forbidden,)))
     )
     assert keeps(bounds, 0.1 * np.eye(N_MOTION)[6]) == left_opens
@@ -113,7 +113,7 @@ def test_on_the_way_back_jaws_close_on_nothing():
     seen = situation(
         instruction=instruction("go_back"), worked_on=DUCT, between_jaws=frozenset({"duct"})
     )
-    assert not keeps(OnlyWhatIsMeant().bounds(seen), CLOSES)
+    assert not keeps(close_on_what_is_meant(seen), CLOSES)
 
 
 @pytest.mark.parametrize(
@@ -128,7 +128,7 @@ def test_the_arm_that_is_near_the_common_bile_duct_is_slow(obstacle, distance_m,
     asked = HOME.copy()
     asked[:, 2] += 2.0 * SLOW_M_S * CONTROL_PERIOD_S
     seen = situation(asked=asked, near=[(distance_m, 0, "finger_plus", obstacle)])
-    bounds = SlowNearAtRisk().bounds(seen)
+    bounds = slow_near_at_risk(seen)
     left, right = (np.where(np.arange(N_MOTION) // 7 == arm, seen.motion, 0.0) for arm in (0, 1))
     assert keeps(bounds, left) != slow
     assert keeps(bounds, 0.49 * left)
@@ -136,7 +136,7 @@ def test_the_arm_that_is_near_the_common_bile_duct_is_slow(obstacle, distance_m,
 
 
 def test_jaws_close_only_where_clips_leave_room():
-    crowded = RoomBesideClips().bounds(situation(crowded=frozenset({"duct"})))
+    crowded = require_room_beside_clips(situation(crowded=frozenset({"duct"})))
     assert not keeps(crowded, CLOSES)
     assert keeps(crowded, OPENS)
-    assert keeps(RoomBesideClips().bounds(situation()), CLOSES)
+    assert keeps(require_room_beside_clips(situation()), CLOSES)

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from controller.safety.jaws_seen import between_jaws_seen
+from tests.tissue_sim.verification.bodies import astride
 from tests.worlds import textbook_world
 from tissue_sim.frames import inverse_pose
 from tissue_sim.patient.organ import TUBES
@@ -13,7 +14,6 @@ from tissue_sim.patient.tubes import GALLBLADDER, between_jaws
 from tissue_sim.sensing.observation import Observation
 from tissue_sim.surgery.clip import CLIP_LENGTH_M
 from tissue_sim.tools.arms import RIGHT_ARM
-from tissue_sim.verification.bodies import astride
 from tissue_sim.world import World
 
 PLACES = 300

@@ -9,24 +9,31 @@ from controller.safety.bounds import N_MOTION
 from controller.safety.exemption import must_not_meet
 from controller.safety.interlocks import INTERLOCKS
 from controller.safety.limits import LIMITS
-from controller.safety.limits.beside_tubes import BESIDE_M, SlowBesideTubes
-from controller.safety.limits.beside_tubes import SHARE as SHARE_BESIDE
-from controller.safety.limits.joint_limits import (
+from controller.safety.limits.arms import (
+    INSIDE_M,
     JOINT_SPEED,
+    MAX_OFFSET_M,
     RISE_S,
-    Acceleration,
-    JointRange,
-    JointSpeed,
+    TIP_SPEED_M_S,
+    hold_remote_centre,
+    keep_joint_range,
+    limit_acceleration,
+    limit_joint_speed,
+    limit_tip_speed,
 )
 from controller.safety.limits.keep_out import (
     LEAVE_M_S,
     MARGIN_M,
     TIME_CONSTANT_S,
-    KeepOut,
+    keep_out_of_obstacles,
 )
-from controller.safety.limits.remote_centre import INSIDE_M, MAX_OFFSET_M, RemoteCentre
-from controller.safety.limits.tip_speed import TIP_SPEED_M_S, TipSpeed
-from controller.safety.limits.tissue_force import SHARE, TissueForce
+from controller.safety.limits.tissue import (
+    BESIDE_M,
+    SHARE,
+    SHARE_BESIDE,
+    limit_force,
+    slow_beside_tubes,
+)
 from tests.controller.safety.field import HOME, TOOLS
 from tests.controller.safety.situations import DUCT, NOTHING, keeps, situation
 from tissue_sim.constants import CONTROL_PERIOD_S
@@ -53,17 +60,17 @@ def within(rng, bounds):
 @given(seeds)
 def test_no_motion_within_the_joint_range_leaves_it(rng):
     start = rng.uniform(RANGES[..., 0], RANGES[..., 1])
-    end = start + within(rng, JointRange().bounds(situation(start=start))).reshape(2, 7)
+    end = start + within(rng, keep_joint_range(situation(start=start))).reshape(2, 7)
     assert (end >= RANGES[..., 0] - 1e-12).all()
     assert (end <= RANGES[..., 1] + 1e-12).all()
-    whole = JointRange().bounds(situation(start=start))
+    whole = keep_joint_range(situation(start=start))
     np.testing.assert_allclose(start.ravel() + whole.upper, RANGES[..., 1].ravel())
 
 
 def test_a_joint_beyond_its_range_may_stay_or_come_back():
     start = HOME.copy()
     start[RIGHT_ARM, 6] = 1.0  # a clip applier opens to 0.785 rad
-    bounds = JointRange().bounds(situation(start=start))
+    bounds = keep_joint_range(situation(start=start))
     assert keeps(bounds, joint(13, 0.0))
     assert keeps(bounds, joint(13, -0.3))
     assert not keeps(bounds, joint(13, 1e-6))
@@ -71,7 +78,7 @@ def test_a_joint_beyond_its_range_may_stay_or_come_back():
 
 def test_joints_reach_their_speed_limit_for_any_step():
     for step_s in (CONTROL_PERIOD_S, 0.5 * CONTROL_PERIOD_S):
-        bounds = JointSpeed().bounds(situation(step_s=step_s))
+        bounds = limit_joint_speed(situation(step_s=step_s))
         np.testing.assert_allclose(bounds.upper / step_s, np.tile(JOINT_SPEED, 2))
         np.testing.assert_allclose(bounds.lower, -bounds.upper)
 
@@ -80,7 +87,7 @@ def test_joints_reach_their_speed_limit_for_any_step():
 def test_a_joint_gains_speed_by_time_and_not_by_steps(step_s):
     rate = np.zeros((2, 7))
     for _ in range(round(RISE_S / step_s)):
-        bounds = Acceleration().bounds(situation(step_s=step_s, rate=rate))
+        bounds = limit_acceleration(situation(step_s=step_s, rate=rate))
         rate = (bounds.upper / step_s).reshape(2, 7)
     gained_s = round(RISE_S / step_s) * step_s
     np.testing.assert_allclose(rate, np.tile(JOINT_SPEED, (2, 1)) * gained_s / RISE_S)
@@ -89,7 +96,7 @@ def test_a_joint_gains_speed_by_time_and_not_by_steps(step_s):
 @given(seeds)
 def test_a_joint_may_always_brake_and_not_turn_about_at_once(rng):
     rate = rng.uniform(-1, 1, (2, 7)) * JOINT_SPEED
-    bounds = Acceleration().bounds(situation(rate=rate))
+    bounds = limit_acceleration(situation(rate=rate))
     for share in (0.0, 0.5, 1.0):
         assert keeps(bounds, share * CONTROL_PERIOD_S * rate.ravel())
     speed = np.tile(JOINT_SPEED, 2)
@@ -101,7 +108,7 @@ def test_a_joint_may_always_brake_and_not_turn_about_at_once(rng):
 def test_a_tip_keeps_its_speed_limit_and_reaches_it_in_the_asked_direction(rng):
     asked = HOME + 0.1 * rng.normal(size=(2, 7))
     seen = situation(asked=asked)
-    bounds = TipSpeed().bounds(seen)
+    bounds = limit_tip_speed(seen)
     lengths = np.linalg.norm(np.einsum("aij,aj->ai", seen.arms.tip_jacobian, asked - HOME), axis=1)
     share = TIP_SPEED_M_S * CONTROL_PERIOD_S / lengths.max()
     assert keeps(bounds, share * (1 - 1e-9) * seen.motion)
@@ -115,7 +122,7 @@ def test_a_tip_keeps_its_speed_limit_and_reaches_it_in_the_asked_direction(rng):
 
 def test_an_arm_whose_shaft_is_beside_its_remote_centre_holds_and_the_other_does_not():
     offset_m = np.array([0.0, MAX_OFFSET_M + 1e-6])
-    bounds = RemoteCentre().bounds(situation(shaft_offset_m=offset_m))
+    bounds = hold_remote_centre(situation(shaft_offset_m=offset_m))
     assert keeps(bounds, joint(0, 0.1))
     for row in range(7, N_MOTION):
         assert not keeps(bounds, joint(row, 1e-6))
@@ -127,7 +134,7 @@ def test_the_wrist_stays_inside_the_body_and_may_come_in():
     for inserted_m, out_m in ((0.09, 0.09 - least_m), (least_m, 0.0), (0.02, 0.0)):
         start = HOME.copy()
         start[:, INSERTION] = inserted_m
-        bounds = RemoteCentre().bounds(situation(start=start))
+        bounds = hold_remote_centre(situation(start=start))
         assert keeps(bounds, joint(INSERTION, -out_m))
         assert not keeps(bounds, joint(INSERTION, -out_m - 1e-6))
         assert keeps(bounds, joint(INSERTION, 0.01))
@@ -139,14 +146,16 @@ def test_the_way_to_the_margin_shrinks_with_time_and_not_with_steps(room_m, part
     left_m = room_m
     for _ in range(30 * parts):
         near = [(MARGIN_M + left_m, RIGHT_ARM, "wrist", "liver")]
-        left_m += KeepOut().bounds(situation(near=near, step_s=CONTROL_PERIOD_S / parts)).lower[0]
+        left_m += keep_out_of_obstacles(
+            situation(near=near, step_s=CONTROL_PERIOD_S / parts)
+        ).lower[0]
     assert left_m == pytest.approx(room_m * np.exp(-1.0 / TIME_CONSTANT_S), rel=1e-6)
 
 
 @pytest.mark.parametrize("distance_m", [0.4 * MARGIN_M, -0.003])
 def test_within_a_margin_it_moves_out_or_at_least_no_deeper(distance_m):
     firm, tube = (
-        KeepOut().bounds(situation(near=[(distance_m, RIGHT_ARM, "wrist", name)]))
+        keep_out_of_obstacles(situation(near=[(distance_m, RIGHT_ARM, "wrist", name)]))
         for name in ("common bile duct", "artery")
     )
     for bounds in (firm, tube):
@@ -159,12 +168,12 @@ def test_within_a_margin_it_moves_out_or_at_least_no_deeper(distance_m):
 def test_an_arm_that_touches_tissue_beside_a_forbidden_tube_is_slow():
     touching = {"tool_force_n": np.array([[0.0, 0.2, 0.0], [0.0, 0.0, 0.0]])}
     beside = [(0.9 * BESIDE_M, RIGHT_ARM, "wrist", "duct")]
-    slow = SlowBesideTubes().bounds(situation(near=beside, **touching))
+    slow = slow_beside_tubes(situation(near=beside, **touching))
     speed = np.abs(np.stack([slow.lower, slow.upper])) / CONTROL_PERIOD_S
     np.testing.assert_allclose(speed[:, :7], np.tile(SHARE_BESIDE * JOINT_SPEED, (2, 1)))
     assert np.isinf(speed[:, 7:]).all()
     touching = {"tool_force_n": np.array([[0.0, 0.0, 0.0], [0.0, 0.2, 0.0]])}
-    at_work = SlowBesideTubes().bounds(situation(near=beside, worked_on=DUCT, **touching))
+    at_work = slow_beside_tubes(situation(near=beside, worked_on=DUCT, **touching))
     np.testing.assert_array_equal(np.isinf(at_work.upper), [True] * 7 + [False] * 6 + [True])
     for free in (
         situation(near=beside),
@@ -174,7 +183,7 @@ def test_an_arm_that_touches_tissue_beside_a_forbidden_tube_is_slow():
         situation(near=[(0.001, RIGHT_ARM, "wrist", "gallbladder")], **touching),
         situation(near=[(0.001, RIGHT_ARM, "wrist", "liver")], **touching),
     ):
-        assert len(SlowBesideTubes().bounds(free).lower) == 0
+        assert len(slow_beside_tubes(free).lower) == 0
 
 
 def test_only_the_jaws_that_work_on_a_tube_may_touch_it():
@@ -195,8 +204,8 @@ def test_only_the_jaws_that_work_on_a_tube_may_touch_it():
 
 def test_a_structure_that_may_be_touched_has_no_bounds():
     near = [(0.001, RIGHT_ARM, "finger_plus", "duct"), (0.001, LEFT_ARM, "wrist", "gallbladder")]
-    assert len(KeepOut().bounds(situation(near=near, worked_on=DUCT)).lower) == 0
-    assert len(KeepOut().bounds(situation(near=near, worked_on=NOTHING)).lower) == 1
+    assert len(keep_out_of_obstacles(situation(near=near, worked_on=DUCT)).lower) == 0
+    assert len(keep_out_of_obstacles(situation(near=near, worked_on=NOTHING)).lower) == 1
 
 
 @given(seeds)
@@ -204,7 +213,7 @@ def test_at_the_force_limit_a_tip_moves_only_where_tissue_pulls_it(rng):
     force = rng.normal(size=3)
     force *= SHARE * TRACTION_MAX_N / np.linalg.norm(force)
     seen = situation(tool_force_n=np.stack([np.zeros(3), force]))
-    bounds = TissueForce().bounds(seen)
+    bounds = limit_force(seen)
     motion = rng.normal(size=N_MOTION)
     along = force @ seen.arms.tip_jacobian[RIGHT_ARM] @ motion[7:]
     assert keeps(bounds, motion * np.sign(along))
@@ -215,13 +224,13 @@ def test_less_force_leaves_more_room_and_no_force_gives_no_bound():
     room = []
     for share in (0.1, 0.5, 0.9, 1.5):
         force = np.array([[0.0, 0.0, share * SHARE * TRACTION_MAX_N], [0.0, 0.0, 0.0]])
-        room.append(-TissueForce().bounds(situation(tool_force_n=force)).lower[0])
+        room.append(-limit_force(situation(tool_force_n=force)).lower[0])
     assert room[0] > room[1] > room[2] > room[3] == 0.0
-    assert len(TissueForce().bounds(situation()).lower) == 0
+    assert len(limit_force(situation()).lower) == 0
 
 
 def test_the_grasper_pinches_no_harder_and_may_open():
-    bounds = TissueForce().bounds(situation(pinch_n=SHARE * PINCH_MAX_N))
+    bounds = limit_force(situation(pinch_n=SHARE * PINCH_MAX_N))
     assert keeps(bounds, joint(LEFT_JAW, 0.1))
     assert not keeps(bounds, joint(LEFT_JAW, -1e-6))
 
@@ -245,6 +254,6 @@ def test_holding_still_keeps_every_bound_that_does_not_give(rng):
         shaft_offset_m=rng.uniform(0.0, 2 * MAX_OFFSET_M, 2),
         between_jaws=frozenset({"duct", "artery"}) if scissors else frozenset(),
     )
-    for rule in (*LIMITS, *INTERLOCKS):
-        bounds = rule.bounds(seen)
-        assert (bounds.excess(np.zeros(N_MOTION))[~bounds.gives] <= 0.0).all(), rule.name
+    for name, rule in (LIMITS | INTERLOCKS).items():
+        bounds = rule(seen)
+        assert (bounds.excess(np.zeros(N_MOTION))[~bounds.gives] <= 0.0).all(), name

@@ -5,11 +5,11 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from controller.safety.bounds import NO_BOUNDS, at_least
+from controller.safety.bounds import at_least
 from controller.safety.exemption import HOLDS_N
 from controller.safety.filter import JAW_DEAD_BAND_RAD, SafetyFilter
 from controller.safety.filter_sense import registration_of
-from controller.safety.interlocks import OnlyWhatIsMeant
+from controller.safety.interlocks import close_on_what_is_meant
 from controller.safety.limits import LIMITS
 from controller.safety.way_out import BACK_M_S, BACK_S, BACKS_OFF_AFTER_S, CALL_AFTER_S, WayOut
 from planner.instruction import CORRECTIONS, TASKS, Instruction
@@ -25,22 +25,11 @@ INWARD[RIGHT_ARM, INSERTION] = 0.0005
 CLIP, BACK = (next(t for t in TASKS if t.kind == kind) for kind in ("clip", "go_back"))
 
 
-class NoFarther:
-    """Lets the right arm go no farther in: a stand-in for two limits at odds."""
-
-    name = "no farther"
-
-    def bounds(self, situation):
-        outward = np.zeros((1, 14))
-        outward[0, 7 + INSERTION] = -1.0
-        return at_least(outward, np.zeros(1), ["right insertion"])
-
-
-class Never:
-    name = "never"
-
-    def bounds(self, situation):
-        return NO_BOUNDS
+def no_farther(situation):
+    """Let the right arm go no farther in: a stand-in for two limits at odds."""
+    outward = np.zeros((1, 14))
+    outward[0, 7 + INSERTION] = -1.0
+    return at_least(outward, np.zeros(1), ["right insertion"])
 
 
 @pytest.fixture(scope="module")
@@ -52,8 +41,8 @@ def seen():
 def walk(seen, blocked, seconds, task=CLIP):
     """Return joints (n, 2, 7) and answers while the right arm is asked to go in."""
     registration, observation = seen
-    limit = NoFarther() if blocked else Never()
-    safety = SafetyFilter(registration, limits=(*LIMITS, limit), interlocks=())
+    limits = LIMITS | ({"no farther": no_farther} if blocked else {})
+    safety = SafetyFilter(registration, limits=limits, interlocks={})
     joints, path, answers = HOME, [], []
     for _ in range(round(seconds / registration.step_s)):
         answers.append(safety.allow(joints, joints + INWARD, Instruction(task=task), observation))
@@ -91,7 +80,7 @@ def test_an_arm_that_stands_on_is_reported_and_backs_off_no_more(seen):
 )
 def test_no_arm_backs_off_while_a_person_lets_them_hold_or_moves_one(seen, said, backs):
     registration, observation = seen
-    safety = SafetyFilter(registration, limits=(*LIMITS, NoFarther()), interlocks=())
+    safety = SafetyFilter(registration, limits=LIMITS | {"no farther": no_farther}, interlocks={})
     stand_steps = round(BACKS_OFF_AFTER_S / registration.step_s)
     for _ in range(stand_steps + 5):  # it is about to back off, or does so
         safety.allow(HOME, HOME + INWARD, Instruction(task=CLIP), observation)
@@ -145,16 +134,14 @@ def test_a_jaw_that_closes_a_little_on_the_way_back_is_held_but_is_no_event(
 ):
     registration, observation = seen
 
-    class OnTheDuct(OnlyWhatIsMeant):
-        def bounds(self, seen_now):
-            between = frozenset({"duct"})
-            return super().bounds(
-                situation(
-                    asked=seen_now.asked, between_jaws=between, instruction=seen_now.instruction
-                )
-            )
+    def on_the_duct(seen_now):
+        between = frozenset({"duct"})
+        return close_on_what_is_meant(
+            situation(asked=seen_now.asked, between_jaws=between, instruction=seen_now.instruction)
+        )
 
-    safety = SafetyFilter(registration, limits=(), interlocks=(OnTheDuct(),))
+    interlocks = {"only what is meant": on_the_duct}
+    safety = SafetyFilter(registration, limits={}, interlocks=interlocks)
     asked = HOME.copy()
     asked[RIGHT_ARM, 6] -= closing_rad
     allowed = safety.allow(HOME, asked, Instruction(task=task), observation)

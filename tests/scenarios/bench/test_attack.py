@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from controller.safety.ledger import Entry
-from scenarios.bench.safety import broken_lines, depth_tables
+from scenarios.bench.safety import broken_lines, depth_tables, watched
 from scenarios.bench.trials.attack import (
     ATTACKS,
     BEYOND,
@@ -119,3 +119,8 @@ def test_the_filter_withstands_the_attacks_on_a_patient(capsys):
     said = capsys.readouterr().out
     for words in ("18 attacks as commanded", "2 attacks in the world", "quadratic program", "load"):
         assert words in said
+
+
+def test_every_stage_that_is_timed_exists():
+    with watched() as (whole, seeing):
+        assert whole.whole_s == seeing.whole_s == []

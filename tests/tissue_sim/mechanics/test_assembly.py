@@ -4,10 +4,10 @@ import numpy as np
 import pytest
 
 from tests.tissue_sim.bodies import dense_stiffness, forces
+from tests.tissue_sim.verification.bodies import RUBBER, box, organ_of, put, tissue_of
 from tissue_sim.frames import Array
 from tissue_sim.mechanics.assembly import MAX_DRIFT
 from tissue_sim.mechanics.tissue import Tissue
-from tissue_sim.verification.bodies import RUBBER, box, organ_of, put, tissue_of
 
 REST, TETS = box((0.02, 0.01, 0.01), (4, 2, 2))
 

@@ -10,13 +10,13 @@ import pytest
 
 from tests.tissue_sim.bodies import forces
 from tests.tissue_sim.patients import clip_at, run, settled
+from tests.tissue_sim.verification.bodies import EPS
 from tissue_sim.frames import Array, unit
 from tissue_sim.mechanics.layout import N_SHAPES
 from tissue_sim.mechanics.tissue import Tissue
 from tissue_sim.patient.tubes import Tubes
 from tissue_sim.surgery.clip import CLIP_WIDTH_M, Clip, T_world_clip
 from tissue_sim.surgery.clip_bar import RADIUS_M, bar_of, place_bars
-from tissue_sim.verification.bodies import EPS
 
 SEED = 10_003
 BALL, RIGHT_BALL, BALL_RADIUS_M = 1, 6, 0.002  # round instruments of the left and right arm

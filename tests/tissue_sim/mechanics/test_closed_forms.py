@@ -6,21 +6,21 @@ The experiments are those of the validation page, `notebooks/01_field_and_physic
 import numpy as np
 import pytest
 
-from tests.tissue_sim.verification.tented import tented
-from tissue_sim.patient.material import Material
-from tissue_sim.verification.bodies import EPS, SETTLED_M, box, face_share, overdamped, settle
-from tissue_sim.verification.cantilever import (
+from tests.tissue_sim.verification.bodies import EPS, SETTLED_M, box, face_share, overdamped, settle
+from tests.tissue_sim.verification.cantilever import (
     LENGTH_M,
     LOADINGS,
     WIDTH_M,
     cantilever,
     timoshenko_m,
 )
-from tissue_sim.verification.clip_closure import squeezed_block
-from tissue_sim.verification.cut_strip import slit, whole_cut
-from tissue_sim.verification.friction_cone import FRICTION_ERROR, friction_cone
-from tissue_sim.verification.stretch import stretch
-from tissue_sim.verification.volume import volume
+from tests.tissue_sim.verification.clip_closure import squeezed_block
+from tests.tissue_sim.verification.cut_strip import slit, whole_cut
+from tests.tissue_sim.verification.friction_cone import FRICTION_ERROR, friction_cone
+from tests.tissue_sim.verification.stretch import stretch
+from tests.tissue_sim.verification.tented import tented
+from tests.tissue_sim.verification.volume import volume
+from tissue_sim.patient.material import Material
 
 
 @pytest.mark.parametrize("poisson", [0.0, 0.3, 0.45])

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from tests.tissue_sim.bodies import dense_stiffness
+from tests.tissue_sim.verification.bodies import EPS
 from tissue_sim.frames import Array
 from tissue_sim.mechanics.coarse import MODES, parts_of, skyline
 from tissue_sim.mechanics.coarse_motion import DIAGONAL_SHIFT
@@ -15,7 +16,6 @@ from tissue_sim.patient.organ import build_organ
 from tissue_sim.patient.textbook import textbook_from_seed
 from tissue_sim.patient.tubes import Tubes
 from tissue_sim.surgery.parting import part_ring
-from tissue_sim.verification.bodies import EPS
 
 TIGHT: dict[str, Any] = {"tolerance": 1e-6, "settled_j": 0.0, "iterations": 4000}
 

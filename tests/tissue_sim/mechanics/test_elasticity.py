@@ -11,10 +11,10 @@ from hypothesis import strategies as st
 from hypothesis.extra import numpy as hnp
 
 from tests.tissue_sim.bodies import dense_stiffness, forces
+from tests.tissue_sim.verification.bodies import EPS, RUBBER, box, organ_of, put, tissue_of
 from tissue_sim.frames import Array, axis_angle
 from tissue_sim.mechanics.elasticity import COLLAPSED
 from tissue_sim.mechanics.tissue import Tissue
-from tissue_sim.verification.bodies import EPS, RUBBER, box, organ_of, put, tissue_of
 
 SIDE_M = 0.01
 CELL_M = SIDE_M / 2

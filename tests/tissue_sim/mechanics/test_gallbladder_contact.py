@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from tests.tissue_sim.bodies import forces
+from tests.tissue_sim.verification.bodies import EPS, put, tissue_of
 from tissue_sim.frames import Array, unit
 from tissue_sim.mechanics.gallbladder_contact import RING_STIFFNESS
 from tissue_sim.mechanics.tissue import Tissue
@@ -13,7 +14,6 @@ from tissue_sim.mechanics.topology import distances_to_triangles, encloses
 from tissue_sim.patient.anatomy import anatomy_from_seed
 from tissue_sim.patient.organ import TUBE_SECTORS, TUBES, Organ, build_organ
 from tissue_sim.patient.textbook import textbook_from_seed
-from tissue_sim.verification.bodies import EPS, put, tissue_of
 
 SEEDS = (10_003, 10_005, 10_007)
 

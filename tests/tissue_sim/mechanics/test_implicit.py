@@ -4,13 +4,13 @@ import numpy as np
 import pytest
 
 from tests.tissue_sim.bodies import forces
+from tests.tissue_sim.verification.bodies import EPS, RUBBER, box, organ_of, put, tissue_of
+from tests.tissue_sim.verification.time_step import ORDER_TOLERANCE, time_step
+from tests.tissue_sim.verification.vibration import TOLERANCE as ENERGY_TOLERANCE
+from tests.tissue_sim.verification.vibration import vibration
 from tissue_sim.frames import Array
 from tissue_sim.mechanics.tissue import Tissue
 from tissue_sim.patient.material import DENSITY_KG_M3, Material
-from tissue_sim.verification.bodies import EPS, RUBBER, box, organ_of, put, tissue_of
-from tissue_sim.verification.time_step import ORDER_TOLERANCE, time_step
-from tissue_sim.verification.vibration import TOLERANCE as ENERGY_TOLERANCE
-from tissue_sim.verification.vibration import vibration
 
 SIZE_M = (0.02, 0.01, 0.01)
 REST, TETS = box(SIZE_M, (4, 2, 2))

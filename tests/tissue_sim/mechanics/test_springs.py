@@ -9,12 +9,12 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from tests.tissue_sim.bodies import dense_stiffness, forces
+from tests.tissue_sim.verification.bodies import EPS, put, tissue_of
 from tissue_sim.frames import Array
 from tissue_sim.mechanics import springs
 from tissue_sim.mechanics.tissue import Tissue
 from tissue_sim.patient.organ import build_organ
 from tissue_sim.patient.textbook import textbook_from_seed
-from tissue_sim.verification.bodies import EPS, put, tissue_of
 
 NOISE_M = 3e-4
 SEED = next(s for s in range(100) if textbook_from_seed(s).remnants >= 4)

@@ -8,6 +8,7 @@ import pytest
 
 from tests.slow import slow
 from tests.tissue_sim.bodies import forces
+from tests.tissue_sim.verification.bodies import EPS, astride, put
 from tissue_sim.frames import Array
 from tissue_sim.mechanics.tissue import Tissue, TissueConfig
 from tissue_sim.patient.anatomy import Anatomy
@@ -16,7 +17,6 @@ from tissue_sim.patient.organ import TUBES, build_organ
 from tissue_sim.patient.textbook import textbook_from_seed
 from tissue_sim.patient.tubes import Tubes
 from tissue_sim.surgery.clip import CLIP_LENGTH_M, latch
-from tissue_sim.verification.bodies import EPS, astride, put
 from tissue_sim.verification.potentials import Bed, Elements, Links, Potential, Springs
 from tissue_sim.verification.retraction import MAX_ERROR_M, retraction
 from tissue_sim.verification.statics import RESIDUAL_N, displaced, equilibrium, statics_of

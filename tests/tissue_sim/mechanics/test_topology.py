@@ -9,9 +9,9 @@ from hypothesis import strategies as st
 from hypothesis.extra import numpy as hnp
 
 from tests.tissue_sim.bodies import rod
+from tests.tissue_sim.verification.bodies import box
 from tissue_sim.mechanics.topology import block_pattern, boundary_faces, components, part_vertices
 from tissue_sim.patient.mesher import Indices, section_triangles, signed_volumes
-from tissue_sim.verification.bodies import box
 
 N_VERTEX = 9
 EVEN = np.array(

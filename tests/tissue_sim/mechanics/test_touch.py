@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 from tests.tissue_sim.bodies import forces
+from tests.tissue_sim.verification.bodies import EPS, FAR_BED, box, organ_of, put, tissue_of
 from tissue_sim.frames import AWAY, Array, axis_angle, pose, transform, unit
 from tissue_sim.mechanics.layout import N_SHAPES
 from tissue_sim.mechanics.tissue import Tissue, TissueConfig
@@ -13,7 +14,6 @@ from tissue_sim.patient.textbook import textbook_from_seed
 from tissue_sim.surgery.grasp import LEFT_FINGERS, Grasp, follow_grasp
 from tissue_sim.thresholds import GRASP_MAX_SLIP_M
 from tissue_sim.tools.instruments import INSTRUMENTS, link_patches
-from tissue_sim.verification.bodies import EPS, FAR_BED, box, organ_of, put, tissue_of
 from tissue_sim.verification.statics import equilibrium, statics_of
 
 CAPSULE, CAPSULE_RADIUS_M = 4, 0.003

@@ -4,10 +4,10 @@ import numpy as np
 import pytest
 
 from tests.tissue_sim.bodies import rod
+from tests.tissue_sim.verification.bodies import organ_of, put, tissue_of
 from tissue_sim.mechanics.tissue import Tissue, TissueConfig
 from tissue_sim.mechanics.untangle import UNFOLDED
 from tissue_sim.patient.organ import REGIONS
-from tissue_sim.verification.bodies import organ_of, put, tissue_of
 
 TUBE = rod()
 WALL, LUMEN = REGIONS.index("duct wall"), REGIONS.index("duct lumen")

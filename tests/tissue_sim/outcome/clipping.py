@@ -2,11 +2,11 @@
 
 from dataclasses import replace
 
+from tests.tissue_sim.verification.bodies import astride
 from tissue_sim.surgery.clip import CLIP_LENGTH_M, CLIP_WIDTH_M, latch
 from tissue_sim.surgery.cut import BLADE_LENGTH_M, sever
 from tissue_sim.surgery.leak import leaks
 from tissue_sim.thresholds import CLIP_MIN_GAP_M
-from tissue_sim.verification.bodies import astride
 from tissue_sim.world import World
 
 HALF_SECOND = 30  # tissue steps

@@ -16,6 +16,7 @@ from tests.tissue_sim.outcome.clipping import (
     three_clips,
     three_stations,
 )
+from tests.tissue_sim.verification.bodies import astride
 from tissue_sim.mechanics.layout import N_SHAPES
 from tissue_sim.outcome.predicates import (
     clip_placed,
@@ -32,7 +33,6 @@ from tissue_sim.surgery.clip import CLIP_LENGTH_M, CLIP_WIDTH_M, detach, latch
 from tissue_sim.surgery.grasp import LEFT_FINGERS, Grasp
 from tissue_sim.thresholds import CUFF_MIN_M, GRASP_MAX_JAW_RAD, RETRACTED_M, SPREAD_MIN_M
 from tissue_sim.tools.arms import LEFT_ARM, RIGHT_ARM
-from tissue_sim.verification.bodies import astride
 from tissue_sim.world import World
 
 SEED = 0

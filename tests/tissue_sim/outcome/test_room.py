@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 import torch
 
+from tests.tissue_sim.verification.bodies import astride
 from tissue_sim.outcome.clip_rule import (
     FEWEST_CLIPS,
     USUAL_CLIPS,
@@ -24,7 +25,6 @@ from tissue_sim.surgery.cut import BLADE_LENGTH_M, sever
 from tissue_sim.surgery.injury import Injury
 from tissue_sim.thresholds import CLIP_MIN_GAP_M, CUFF_MIN_M
 from tissue_sim.tools.arms import JointCommand
-from tissue_sim.verification.bodies import astride
 from tissue_sim.world import World
 
 SEED = 10_004

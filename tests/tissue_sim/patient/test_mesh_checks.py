@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 from tests.tissue_sim.bodies import rod
+from tests.tissue_sim.verification.bodies import box, organ_of
 from tissue_sim.frames import Array
 from tissue_sim.mechanics.layout import require_sound_organ
 from tissue_sim.mechanics.tissue import Tissue
@@ -14,7 +15,6 @@ from tissue_sim.patient.anatomy import anatomy_from_seed
 from tissue_sim.patient.mesh_checks import require_sound_elements
 from tissue_sim.patient.mesher import Indices
 from tissue_sim.patient.organ import Organ, build_organ
-from tissue_sim.verification.bodies import box, organ_of
 
 Mesh = tuple[Array, Indices]
 

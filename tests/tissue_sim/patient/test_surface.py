@@ -5,10 +5,10 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from tests.tissue_sim.verification.bodies import box, put
 from tissue_sim.frames import axis_angle, unit
 from tissue_sim.mechanics.topology import boundary_faces, distances_to_triangles, encloses
 from tissue_sim.patient.textbook import textbook_from_seed
-from tissue_sim.verification.bodies import box, put
 from tissue_sim.world import World
 
 SIZE = np.array([2.0, 3.0, 4.0])

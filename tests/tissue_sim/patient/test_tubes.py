@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 
 from tests.tissue_sim.patients import clip_at, cut_at, run, settled
+from tests.tissue_sim.verification.bodies import put
 from tissue_sim.patient.organ import TUBES
 from tissue_sim.patient.tubes import STRETCHED_SEGMENTS
-from tissue_sim.verification.bodies import put
 
 SEED = 10_003
 

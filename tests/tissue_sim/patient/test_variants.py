@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from tests.tissue_sim.bodies import forces
+from tests.tissue_sim.verification.bodies import EPS, astride, put, tissue_of
 from tissue_sim.frames import AWAY, RIGHT, UP, Array, unit
 from tissue_sim.mechanics.tissue import Tissue
 from tissue_sim.outcome.clip_rule import needed_m
@@ -18,7 +19,6 @@ from tissue_sim.rendering.drawn_strands import holding
 from tissue_sim.surgery.clip import CLIP_LENGTH_M, latch
 from tissue_sim.surgery.cut import BLADE_LENGTH_M, sever
 from tissue_sim.surgery.leak import leaks
-from tissue_sim.verification.bodies import EPS, astride, put, tissue_of
 from tissue_sim.world import World
 
 SEEDS = range(10_000, 10_020)

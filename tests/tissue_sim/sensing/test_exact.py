@@ -10,6 +10,7 @@ import pytest
 
 from controller.kinematics import inverse_kinematics
 from tests.tissue_sim.treatment import run
+from tests.tissue_sim.verification.bodies import EPS, astride
 from tissue_sim.frames import (
     AWAY,
     RIGHT,
@@ -28,7 +29,6 @@ from tissue_sim.surgery.clip import CLIP_LENGTH_M, CLIP_WIDTH_M, latch
 from tissue_sim.surgery.cut import BLADE_LENGTH_M, sever
 from tissue_sim.tools.arms import HOME_JOINTS, LEFT_ARM, RIGHT_ARM, JointCommand
 from tissue_sim.tools.psm import forward_kinematics
-from tissue_sim.verification.bodies import EPS, astride
 from tissue_sim.world import World
 
 SEED = 5

@@ -14,6 +14,7 @@ import pytest
 
 from controller.expert.targets import grasp_pose
 from tests.tissue_sim.hands import before_sac, close, move, poke, put, wait
+from tests.tissue_sim.verification.bodies import astride
 from tissue_sim.frames import AWAY, LEFT, RIGHT, Array, pose, unit
 from tissue_sim.outcome.predicates import procedure_flags
 from tissue_sim.patient.at_risk import AT_RISK, COMMON_DUCT, HEPATIC_ARTERY
@@ -22,7 +23,6 @@ from tissue_sim.patient.textbook import textbook_from_seed
 from tissue_sim.surgery.clip import CLIP_LENGTH_M
 from tissue_sim.surgery.cut import BLADE_LENGTH_M
 from tissue_sim.tools.arms import LEFT_ARM, RIGHT_ARM
-from tissue_sim.verification.bodies import astride
 from tissue_sim.world import World
 
 SEED = 10_003

@@ -9,6 +9,7 @@ import pytest
 
 from tests.tissue_sim.hands import close, move, put, wait
 from tests.tissue_sim.treatment import assert_same, everything
+from tests.tissue_sim.verification.bodies import astride
 from tissue_sim.frames import Array, inverse_pose, pose, transform
 from tissue_sim.patient.textbook import textbook_from_seed
 from tissue_sim.surgery.clip import CLIP_LENGTH_M, Clip, dropped_clip
@@ -16,7 +17,6 @@ from tissue_sim.surgery.clip_bar import BALLS_M, depths
 from tissue_sim.surgery.events import JAWS_OPEN_RAD
 from tissue_sim.surgery.loose_clip import push_aside
 from tissue_sim.tools.arms import LEFT_ARM, RIGHT_ARM, JointCommand
-from tissue_sim.verification.bodies import astride
 from tissue_sim.world import World
 
 SEED = 10_003

@@ -12,6 +12,8 @@ from tests.tissue_sim.patients import (
     run,
     settled,
 )
+from tests.tissue_sim.verification.bodies import EPS
+from tests.tissue_sim.verification.clip_closure import clip_closure
 from tissue_sim.frames import Array, unit
 from tissue_sim.mechanics.topology import components
 from tissue_sim.patient.mesher import signed_volumes
@@ -23,8 +25,6 @@ from tissue_sim.surgery.cut import Cut
 from tissue_sim.surgery.flow import FlowSegment, outflow_m3_s
 from tissue_sim.surgery.leak import FLUIDS, PRESSURE_PA, SIDES, leaks
 from tissue_sim.thresholds import LUMEN_CLOSED, TEST_PULL_N
-from tissue_sim.verification.bodies import EPS
-from tissue_sim.verification.clip_closure import clip_closure
 
 SEEDS = [0, 3, 20_007]
 

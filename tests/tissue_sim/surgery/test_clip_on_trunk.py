@@ -4,12 +4,12 @@ import numpy as np
 import pytest
 
 from tests.tissue_sim.patients import run, settled
+from tests.tissue_sim.verification.bodies import astride
 from tissue_sim.frames import axis_angle
 from tissue_sim.patient.at_risk import COMMON_DUCT
 from tissue_sim.patient.organ import PARTS
 from tissue_sim.patient.tubes import Tubes
 from tissue_sim.surgery.clip import CLIP_LENGTH_M, Clip, latch
-from tissue_sim.verification.bodies import astride
 
 SEED = 5  # held by all of its vertices, or by all outer ones, the duct's root folds in this patient
 

@@ -7,6 +7,8 @@ import pytest
 
 from tests.tissue_sim.bodies import rod
 from tests.tissue_sim.patients import lumen_shares
+from tests.tissue_sim.verification.bodies import astride, organ_of, put, tissue_of
+from tests.tissue_sim.verification.stretch import stretches
 from tissue_sim.frames import AWAY, Array, axis_angle, pose, unit
 from tissue_sim.mechanics.topology import surface_faces
 from tissue_sim.outcome.predicates import tube_cut
@@ -37,8 +39,6 @@ from tissue_sim.thresholds import (
 )
 from tissue_sim.tools.arms import HOME_JOINTS, RIGHT_ARM, JointCommand
 from tissue_sim.tools.psm import JOINT_NAMES
-from tissue_sim.verification.bodies import astride, organ_of, put, tissue_of
-from tissue_sim.verification.stretch import stretches
 from tissue_sim.world import World
 
 SEED = 10_005

@@ -7,6 +7,7 @@ import pytest
 
 from controller.kinematics import inverse_kinematics
 from tests.tissue_sim.patients import retention_n
+from tests.tissue_sim.verification.bodies import astride
 from tissue_sim.frames import AWAY, Array, inverse_pose
 from tissue_sim.outcome import nurse
 from tissue_sim.outcome.predicates import clip_placed, stumps_hold
@@ -20,7 +21,6 @@ from tissue_sim.surgery.leak import leaks
 from tissue_sim.surgery.loose_clip import GRAVITY_M_S2, PERITONEUM_AWAY_M
 from tissue_sim.thresholds import CUFF_MIN_M, TEST_PULL_N
 from tissue_sim.tools.arms import HOME_JOINTS, RIGHT_ARM, JointCommand
-from tissue_sim.verification.bodies import astride
 from tissue_sim.world import World
 
 SEED = 10_003

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from tests.tissue_sim.hands import poke
+from tests.tissue_sim.verification.bodies import astride
 from tissue_sim.frames import Array, unit
 from tissue_sim.patient.at_risk import BRANCHES, COMMON_DUCT
 from tissue_sim.patient.material import WALL_THICKNESS_M
@@ -15,7 +16,6 @@ from tissue_sim.surgery.flow import FlowSegment, outflow_m3_s
 from tissue_sim.surgery.leak import FLUIDS, PRESSURE_PA, Leak, root_leaks
 from tissue_sim.thresholds import PIERCED_M
 from tissue_sim.tools.arms import HOME_JOINTS, JointCommand
-from tissue_sim.verification.bodies import astride
 from tissue_sim.world import World
 
 SEED = 10_003

@@ -7,12 +7,12 @@ from dataclasses import replace
 import numpy as np
 
 from tests.tissue_sim.hands import close, move, put, wait
+from tests.tissue_sim.verification.bodies import astride
 from tissue_sim.frames import Array
 from tissue_sim.outcome.predicates import stumps_hold
 from tissue_sim.surgery.clip import CLIP_LENGTH_M, holding_forces_n
 from tissue_sim.surgery.clip_bar import pushes_n
 from tissue_sim.tools.arms import RIGHT_ARM
-from tissue_sim.verification.bodies import astride
 from tissue_sim.world import World
 
 SEED = 10_003

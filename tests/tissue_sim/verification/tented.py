@@ -7,9 +7,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from tissue_sim.frames import Array
-from tissue_sim.verification.bodies import box, face_share, organ_of, settle, tissue_of
-from tissue_sim.verification.cantilever import (
+from tests.tissue_sim.verification.bodies import box, face_share, organ_of, settle, tissue_of
+from tests.tissue_sim.verification.cantilever import (
     AREA,
     BEAM,
     INERTIA,
@@ -17,6 +16,7 @@ from tissue_sim.verification.cantilever import (
     SHEAR_MODULUS,
     WIDTH_M,
 )
+from tissue_sim.frames import Array
 
 LENGTH_M = 0.048  # 6.4 times the length over which the foundation takes up the load
 FOUNDATION_PA_M = 2.0e6  # foundation pressure per depth

@@ -12,11 +12,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from tests.tissue_sim.verification.bodies import box, organ_of, tissue_of
 from tissue_sim.frames import Array
 from tissue_sim.mechanics.implicit import PREDICT
 from tissue_sim.mechanics.tissue import Tissue
 from tissue_sim.mechanics.touch import NORMAL_STIFFNESS
-from tissue_sim.verification.bodies import box, organ_of, tissue_of
 
 SIZE_M = (0.06, 0.06, 0.02)
 GRAVITY_M_S2 = 9.81

@@ -20,12 +20,19 @@ from itertools import combinations
 import numpy as np
 from scipy.integrate import quad
 
+from tests.tissue_sim.verification.bodies import (
+    box,
+    face_share,
+    organ_of,
+    overdamped,
+    settle,
+    tissue_of,
+)
 from tissue_sim.frames import Array
 from tissue_sim.mechanics.tissue import Tissue
 from tissue_sim.mechanics.topology import part_vertices
 from tissue_sim.patient.material import Material
 from tissue_sim.patient.mesher import Indices
-from tissue_sim.verification.bodies import box, face_share, organ_of, overdamped, settle, tissue_of
 from tissue_sim.verification.statics import equilibrium, statics_of
 
 LENGTH_M, WIDTH_M = 0.024, 0.008

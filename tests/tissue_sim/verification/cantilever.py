@@ -7,9 +7,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from tests.tissue_sim.verification.bodies import box, face_share, organ_of, settle, tissue_of
 from tissue_sim.frames import Array
 from tissue_sim.patient.material import DENSITY_KG_M3, Material
-from tissue_sim.verification.bodies import box, face_share, organ_of, settle, tissue_of
 
 BEAM = Material(young_pa=300e3, poisson=0.3)
 LENGTH_M, WIDTH_M = 0.02, 0.004

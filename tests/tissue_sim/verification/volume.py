@@ -7,10 +7,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from tests.tissue_sim.verification.bodies import box, face_share, overdamped, settle
 from tissue_sim.frames import Array
 from tissue_sim.patient.material import Material
 from tissue_sim.patient.mesher import Indices
-from tissue_sim.verification.bodies import box, face_share, overdamped, settle
 
 SIDE_M = 0.01
 YOUNG_PA = 50e3

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from tests.tissue_sim.verification.bodies import astride, box, face_share, overdamped, settle
 from tissue_sim.frames import Array
 from tissue_sim.mechanics.tissue import Tissue
 from tissue_sim.patient.anatomy import Anatomy
@@ -15,7 +16,6 @@ from tissue_sim.patient.organ import build_organ
 from tissue_sim.patient.tubes import Tubes
 from tissue_sim.surgery.clip import closure, grip_n, latch
 from tissue_sim.tools.instruments import CLIP_LENGTH_M
-from tissue_sim.verification.bodies import astride, box, face_share, overdamped, settle
 
 BLOCK_M = (0.003, 0.003, 0.002)
 SOFT = Material(young_pa=50e3, poisson=0.0)

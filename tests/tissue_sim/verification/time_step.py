@@ -6,9 +6,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from tests.tissue_sim.verification.bodies import box, organ_of, tissue_of
 from tissue_sim.frames import Array
 from tissue_sim.patient.material import Material
-from tissue_sim.verification.bodies import box, organ_of, tissue_of
 
 SIZE_M = (0.02, 0.01, 0.01)
 SOFT = Material(young_pa=5e3, poisson=0.3)

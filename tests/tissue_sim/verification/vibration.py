@@ -16,9 +16,9 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.linalg import eigh
 
+from tests.tissue_sim.verification.bodies import box, organ_of, put, tissue_of
 from tissue_sim.frames import Array
 from tissue_sim.mechanics.tissue import Tissue
-from tissue_sim.verification.bodies import box, organ_of, put, tissue_of
 from tissue_sim.verification.statics import statics_of
 
 SIZE_M = (0.02, 0.01, 0.01)

@@ -8,9 +8,9 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.optimize import root
 
+from tests.tissue_sim.verification.bodies import EPS, SETTLED_M, box, face_share, overdamped, settle
 from tissue_sim.frames import Array
 from tissue_sim.patient.material import Material
-from tissue_sim.verification.bodies import EPS, SETTLED_M, box, face_share, overdamped, settle
 
 SIZE_M = (0.02, 0.008, 0.008)
 YOUNG_PA = 50e3
