@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import re
 from collections import defaultdict
 from collections.abc import Iterable
 from dataclasses import dataclass
@@ -12,6 +11,7 @@ from planner.command import Command
 from planner.correction import OPPOSITE
 from planner.language.lexicon import Meaning
 from planner.language.phrases import normalised, senses
+from planner.language.rules.phrase_search import patterns
 from planner.language.slots import (
     DIRECTIONS,
     ORDINALS,
@@ -22,26 +22,7 @@ from planner.language.slots import (
     spelt_out,
 )
 
-_QUESTION = re.compile(
-    r"^(what|what's|why|who|who's|whose|where|where's|which|how|how's|is|are|was|were|am|does|did"
-    r"|has|have|had|should|shall|can|could|would|will|may|must|do (you|we|i|they))\b"
-)
-_REQUEST = re.compile(
-    r"^((please|ok|okay|so|and|now|um|uh|hey|robot|calot) )*((can|could|would|will) you"
-    r"|(can|could|may) (we|i) (please |just )*(have|get|put|ask you (to|for)|trouble you (to|for))"
-    r"|have (?=(left|right|both|grasper|scissors|clip applier)\b"
-    r".* (open|close|take|grab|move|come)\b)"
-    r"|(how|what) about|why (don't|not)( you)?|are you able to"
-    r"|(can|could) (?=(left|right|robot|grasper|scissors|clip applier)"
-    r"( \w+){0,2} (come|go|move|drop|sit|get)\b))\b"
-)
-_THING = r"(?:it|them|tubes?|vessels?|structures?|duct|artery|gallbladder|tissue|wall|clips?)\b"
-_BY_A_THING = re.compile(  # nobody has said which way that is
-    rf"\b(?:(?:away|further|farther) from|(?:closer|nearer|close|near|towards?)(?: to)?)"
-    rf" (?:(?:this|that|left|right|cystic|other) )*{_THING}"
-    rf"|\b(?:closer|nearer|near)\b.* to (?:(?:this|that|left|right|cystic) )*{_THING}"
-)
-_TELLS = re.compile(r"\w{2,}(ed|[^s']s)")  # slipped, slips: no order has such words
+_RE = patterns("grammar")
 _TURNED = ("kind", "what", "side", "particle", "preposition")  # "too" reverses their direction
 Openness = Literal["unknown words", "open slots"]
 _DENIED = "it says what not to do"
@@ -66,11 +47,11 @@ class Parse:
 def parse(text: str) -> Parse:
     """Return the slots that a sentence fills, its unknown words, and a reason to refuse it."""
     words = normalised(text)
-    asked_for = _REQUEST.sub("", words)
+    asked_for = _RE["request"].sub("", words)
     found = list(senses(asked_for.split()))
     unknown = tuple(one for one in found if isinstance(one, str))
     said = _said(one for one in found if isinstance(one, Meaning))
-    asks = words == asked_for and (_QUESTION.match(words) or text.rstrip().endswith("?"))
+    asks = words == asked_for and (_RE["question"].match(words) or text.rstrip().endswith("?"))
     refusal = "it is a question" if asks else _refusal(said, unknown)
     if _DENIED not in said["refusal"] and not asks:
         if "stop" in said["kind"]:  # "stop" overrules all other words
@@ -78,7 +59,7 @@ def parse(text: str) -> Parse:
         if said["kind"] == {"pause"}:
             refusal = ""
     filled = _filled(said, whole=not unknown)
-    if filled.get("what", set()) & {"towards", "away"} and _BY_A_THING.search(words):
+    if filled.get("what", set()) & {"towards", "away"} and _RE["by_a_thing"].search(words):
         refusal = refusal or "which way that is; say up, down, left, right, towards or away from me"
     return Parse(filled=filled, unknown=unknown, refusal=refusal)
 
@@ -114,7 +95,7 @@ def _tells(said: dict[str, set[str]], unknown: tuple[str, ...]) -> bool:
     return bool(
         (said["is"] and (deed or not said["wish"]))
         or (state and not said["wish"] - ({"weak"} if deed else set()))
-        or any(map(_TELLS.fullmatch, unknown))
+        or any(map(_RE["tells"].fullmatch, unknown))
     )
 
 

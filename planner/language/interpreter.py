@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import re
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from functools import cached_property
@@ -25,7 +24,7 @@ from planner.language.rules.foreign import in_english
 from planner.language.rules.nothing_said import says_nothing
 from planner.language.rules.pairs import without_other_arm
 from planner.language.rules.permitting import Permission, permission_in, permits_surely
-from planner.language.rules.phrase_search import in_plain_letters
+from planner.language.rules.phrase_search import in_plain_letters, patterns
 from planner.language.rules.questions import (
     QUESTIONS,
     Question,
@@ -33,7 +32,7 @@ from planner.language.rules.questions import (
     question_in,
     thing_in,
 )
-from planner.language.rules.references import with_plain_ordinals, without_side
+from planner.language.rules.references import way_back, with_plain_ordinals, without_side
 from planner.language.rules.resuming import resumes
 from planner.language.rules.sizes import (
     Sized,
@@ -52,7 +51,6 @@ from planner.language.rules.warning import warns, warns_anywhere, warns_mildly, 
 from planner.language.slot_heads import SlotHeads, load
 from planner.language.slots import spelt_out
 from planner.person.prohibition import Prohibition
-from planner.procedure.cholecystectomy import CHOLECYSTECTOMY
 from planner.procedure.task import Tube
 
 if TYPE_CHECKING:
@@ -63,24 +61,7 @@ LONGEST = 1000  # but warnings are heard in them
 MAX_GUESSES = 3
 MOST_PARTS = 6  # of a sentence with several commands
 MIN_CHANCE = 0.05  # probability of a guess worth offering; assumed
-_RETREAT = re.compile(
-    r"\b(back|retreat(ing)?|withdraw(ing)?|retract(ing)?|pull(ing)? (back|out|away|off)|get out"
-    r"|(come|coming|step|stepping|ease|easing|move|moving) (back|out|away|off)|off (it|again))\b"
-)
-_YES = re.compile(
-    r"((yes|yeah|yep|yup|correct|exactly|affirmative|indeed|ja|genau|oui|si|sure|that one"
-    r"|是|是的|对|对的)"
-    r"( please| exactly| do that| do it| bitte| thanks)*)"
-)
-_ASKED_ABOUT = re.compile(
-    r"\b(?:wrong|errors?|trouble|problems?|mistakes?|faults?|issues?|fail\w*|amiss|injur\w+"
-    r"|are you sure|sure|doubts?|forbid\w*|forbade|prohibit\w*|off limits|(?:may|must|can) you not"
-    r"|not (?:allowed|permitted|to do|to)|without (?:any |much )?(?:risk|danger)|risky?|dangerous"
-    r"|hanging on|slipped(?: off)?|blocked|(?:what|which)(?: \w+){0,3} \w+n't (?:you|i|we)"
-    r"|intact|uncut|unclipped|enough clips|(?<=\byou )hold it)\b"
-    r"|[, ]+(?:or )?\b\w+n't (?:you|we|it|they|there)\W*$"  # "or didn't you?"
-)
-_ASIDE = re.compile(r"\b(?P<farther>(?:more|further|farther) )?to (?:the |my )?(?:left|right)\b")
+_RE = patterns("interpreter")
 STOP, PAUSE = COMMANDS["stop"], COMMANDS["pause"]
 _UNLISTED = "qqqq the left arm higher"
 
@@ -116,7 +97,7 @@ class Interpreter:
             return self._warned(text, english, danger)
         if trouble := _trouble(text, english):
             return _not_understood(text, trouble)
-        if _YES.fullmatch(in_plain_letters(text)):
+        if _RE["yes"].fullmatch(in_plain_letters(text)):
             return Reading(text=text, agrees=True, by="rule", reply="There is nothing to agree to.")
         if danger:
             return Reading(text=text, by="rule", reply=f"Refused: {danger}.")
@@ -215,7 +196,7 @@ class Interpreter:
         read = list[Said | None]()
         for part in parts:
             before = read[-1] if read else None
-            read.append(_as_before(part, before) or _sized(part) or _way_back(part, before))
+            read.append(_as_before(part, before) or _sized(part) or way_back(part, before))
         said = tuple(one for one in read if one is not None)
         if not in_order(english):  # "go on and ..."
             said = tuple(o for o in said if o.command.word not in ("resume", "repeat")) or said
@@ -384,7 +365,7 @@ def _permitted(text: str, english: str, given: Permission) -> Reading:
 
 def _asks_calmly(english: str) -> bool:
     """Return whether the only warning in a question is what it asks: "did it go wrong?"."""
-    return not warns(_ASKED_ABOUT.sub("", english.lower()))
+    return not warns(_RE["asked_about"].sub("", english.lower()))
 
 
 def _besides_speed(part: str) -> str:
@@ -420,7 +401,7 @@ def _is_placed(command: Command, sized: Sized, english: str) -> bool:
     """Return whether a clip or a cut is to go to another place than its own: "2 mm higher"."""
     if not (command.deed or command.task):
         return False
-    aside = _ASIDE.search(english)
+    aside = _RE["aside"].search(english)
     return sized.measured or bool(aside and (aside["farther"] or sized.size_m))
 
 
@@ -455,20 +436,6 @@ def _contradict(said: tuple[Said, ...]) -> bool:
     """Return whether motions without a size undo the one before: "up and down"."""
     ways = [None if one.size_m else one.command.correction for one in said]
     return any(a and b and a == opposite(b) for a, b in pairwise(ways))
-
-
-def _way_back(part: str, before: Said | None) -> Said | None:
-    """Return the command to go back that follows a clip or a cut: "then retreat"."""
-    cut = before and before.command.deed == "cut"
-    if before and cut and _RETREAT.search(part):
-        return Said(command=COMMANDS[f"go back from the {before.command.text}"])
-    task = before and before.command.task
-    if not task or task.goes_back or task.tube is None or not _RETREAT.search(part):
-        return None
-    back = CHOLECYSTECTOMY.after(task).text
-    if before and before.command.structure:
-        back = back.replace("left tube", before.command.structure)
-    return Said(command=COMMANDS[back])
 
 
 def _trouble(text: str, english: str) -> str:

@@ -9,6 +9,8 @@ from itertools import product
 from pathlib import Path
 from typing import NamedTuple
 
+from planner.language.rules.phrase_search import phrase_lists
+
 
 class Meaning(NamedTuple):
     """The meaning of a phrase.
@@ -26,18 +28,7 @@ class Meaning(NamedTuple):
 _BEFORE = ("", "on ", "to ", "onto ", "at ", "of ", "for ", "with ")
 _BETWEEN = ("", "hand ", "side ", "hand side ", "handed ", "sided ", "robot ", "robotic ")
 _SIDES = ("left", "right")
-_NOUNS = {
-    "arm": (
-        "arm", "arms", "hand", "instrument", "tool", "manipulator", "gripper", "grippers", "jaw",
-        "jaws", "fingers", "grasper", "forceps", "claw", "pincer", "pincers", "tip", "tips",
-        "limb", "robot", "effector", "end effector", "tweezers", "grip", "clamp", "pliers",
-    ),
-    "tube": (
-        "tube", "vessel", "structure", "tubular structure", "pipe", "tubes", "tub", "toob",
-        "cystic structure", "tubing", "tubular", "lumen", "conduit",
-    ),
-    "which": ("one", "side", "hand one", "hand side", "hand side one", "side one", "wan"),
-}  # fmt: skip
+_NOUNS = phrase_lists("nouns")["nouns"]
 _ARTICLES = ("the", "your")
 _VERBS = ("kind", "motion", "moves", "carry")
 _DOUBLES = re.compile(r"(qu)?[^aeiou]*[aeiou][bdgmnprt]")

@@ -8,14 +8,14 @@ from collections.abc import Iterator
 from functools import cache
 
 from planner.language.lexicon import LEXICON, LONGEST, Meaning, without_articles
-from planner.language.rewrites import AS_SAID, AS_TYPED, rewritten
+from planner.language.rules.phrase_search import patterns, rewritten, rules_in
 
-_HOW = re.compile(r"\w{3,}ly")  # an adverb
-_STOP = re.compile(
-    r"^((no|please|hey|robot|calot|just|everybody|everyone|ok|okay|now|oh|whoa) )*"
-    r"(stop|halt|freeze|abort)\b"
-    r"|(?<!don't )(?<!not )(?<!never )(?<!to )(?<!dont )\bstop( now| please| there| it| moving)*$"
-    r"|^(please )?(do not|don't|dont) move( please| now| anything)?$"
+_RE = patterns("rewrites")
+_AS_TYPED = rules_in("rewrites", "as_typed")  # before punctuation is removed
+_AS_SAID = tuple(
+    rule
+    for table in ("short", "polite", "last", "things", "too", "towards")
+    for rule in rules_in("rewrites", table)
 )
 
 
@@ -25,10 +25,10 @@ def normalised(text: str) -> str:
     A text that begins with "stop" becomes "stop": an unnecessary stop does no harm.
     """
     plain = unicodedata.normalize("NFKC", text).lower().strip()
-    plain = re.sub(r"[^a-z0-9' ]+", " ", rewritten(plain, AS_TYPED))
+    plain = re.sub(r"[^a-z0-9' ]+", " ", rewritten(plain, _AS_TYPED))
     plain = " ".join(map(_spelt, without_articles(plain).split()))
-    plain = without_articles(rewritten(plain, AS_SAID))
-    return "stop" if _STOP.search(plain) else plain
+    plain = without_articles(rewritten(plain, _AS_SAID))
+    return "stop" if _RE["stop"].search(plain) else plain
 
 
 def senses(words: list[str]) -> Iterator[Meaning | str]:
@@ -44,7 +44,7 @@ def _longest(words: list[str]) -> tuple[int, Meaning | str]:
     for n in range(len(words), 0, -1):
         if sense := LEXICON.get(" ".join(words[:n])):
             return n, sense
-    return 1, Meaning("filler", "any") if _HOW.fullmatch(words[0]) else words[0]
+    return 1, Meaning("filler", "any") if _RE["how"].fullmatch(words[0]) else words[0]
 
 
 @cache

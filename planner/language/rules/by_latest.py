@@ -9,7 +9,7 @@ from typing import Literal, TypeVar
 from planner.command import COMMANDS
 from planner.correction import Direction
 from planner.language.reading import Relative, Said
-from planner.language.rules.phrase_search import in_plain_letters
+from planner.language.rules.phrase_search import in_plain_letters, patterns
 from planner.language.rules.sizes import echo_in, without_size
 
 Name = TypeVar("Name", bound=str)
@@ -28,21 +28,7 @@ _WAYS: dict[Direction, str] = {
     "away": r"(?:away(?: from me)?|deeper|inwards?|in|forwards?)",
     "towards": r"(?:towards? me|outwards?|out|shallower|closer)",
 }
-_TURNED = re.compile(
-    r"\b(?:back the way (?:you|it) came|(?:the )?(?:way (?:you|it) came|other way|opposite(?: way"
-    r"| direction)?|reverse)|back again|too (?:far|much)|overshot|the wrong way)\b"
-)
-_BACK = re.compile(r"\bback\b")
-_MORE = re.compile(
-    r"\b(?:more|again|once more|as well|too|also|another|further|farther|likewise|ditto|extra"
-    r"|keep (?:coming|going)(?! on)|still|repeat|on top)\b"
-)
-_POINTS = re.compile(r"\b(?:this|that) way\b|^move\b", re.IGNORECASE)
-_FILLERS = re.compile(
-    r"\b(?:and|now|please|the|with|on|do|does|by|in|but|this time|just|then|of|an?|it|that|one"
-    r"|ones|so|ok|okay|for|to|go|went|yes|yeah|only|you|can|could|come|me"
-    r"|thing|amount|distance|way|first|time|get|same|take|us|let's|have|some)\b"
-)
+_RE = patterns("by_latest")
 
 
 def by_latest(english: str) -> Said | None:
@@ -53,24 +39,24 @@ def by_latest(english: str) -> Said | None:
     text = in_plain_letters(english)
     echo = echo_in(text)
     text, times = (echo.text, echo.times) if echo else (text, 1.0)
-    turned, text = bool(_TURNED.search(text)), _TURNED.sub(" ", text)
+    turned, text = bool(_RE["turned"].search(text)), _RE["turned"].sub(" ", text)
     size_m, measured = None, False
     if echo is None or times == 1.0:
         sized = without_size(text)
-        more = bool(_MORE.search(text))
+        more = bool(_RE["more"].search(text))
         text, size_m, measured = sized.text, sized.size_m, sized.measured
     else:
         more = True
     arm, text = _first(_ARMS, text)
     direction, text = _first(_WAYS, text)
-    more = more or bool(_MORE.search(text))
-    if _BACK.search(text) and direction is None and echo and echo.times != 1.0:
+    more = more or bool(_RE["more"].search(text))
+    if _RE["back"].search(text) and direction is None and echo and echo.times != 1.0:
         turned = True
     if turned or direction:
-        text = _BACK.sub(" ", text)
-    if _FILLERS.sub(" ", _MORE.sub(" ", text)).strip():
+        text = _RE["back"].sub(" ", text)
+    if _RE["fillers"].sub(" ", _RE["more"].sub(" ", text)).strip():
         return None
-    if _POINTS.search(english):
+    if _RE["points"].search(english):
         return None
     refers = echo is not None or more or turned or arm == "other"
     small = size_m is not None and not measured and not (arm or direction)

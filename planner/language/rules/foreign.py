@@ -7,12 +7,11 @@ alone; the English grammar reads the result, and asks back where word order was 
 from __future__ import annotations
 
 import re
-import tomllib
 from collections.abc import Mapping
 from functools import cache
 
 from planner.language.lexicon import LEXICON
-from planner.language.rules.phrase_search import WORDS, in_plain_letters
+from planner.language.rules.phrase_search import in_plain_letters, tables_in
 
 NOT_ENGLISH = "it is not in English"  # the lexicon's own list of foreign words
 SHARED = "shared"  # words that English has, too
@@ -56,21 +55,16 @@ def _tables() -> Mapping[str, Mapping[str, str]]:
             for english, ones in table.items()
             for one in ones.split(",")
         }
-        for language, table in _read().items()
+        for language, table in tables_in("foreign").items()
         if language != SHARED
     }
 
 
 def _numbers(language: str) -> dict[str, str]:
     """Return the digits of every number up to fifty, by its word."""
-    named = tomllib.loads((WORDS / "numbers.toml").read_text("utf-8"))["numbers"][language]
+    named = tables_in("numbers")["numbers"][language]
     words = (" ".join(word.split()) for word in named.split(","))
     return {word: str(k + 1) for k, word in enumerate(words)}
-
-
-@cache
-def _read() -> Mapping[str, Mapping[str, str]]:
-    return tomllib.loads((WORDS / "foreign.toml").read_text("utf-8"))
 
 
 @cache
@@ -78,6 +72,6 @@ def _own_words(language: str) -> frozenset[str]:
     """Return the words of a language that English and its lexicon do not have."""
     said = (phrase for phrase, sense in LEXICON.items() if sense.value != NOT_ENGLISH)
     english = {word for phrase in said for word in phrase.split()}
-    english |= set(_read()[SHARED]["words"].split())
+    english |= set(tables_in("foreign")[SHARED]["words"].split())
     ours = {w for phrase in _tables()[language] for w in phrase.split() if len(w) > 2}
     return frozenset(ours - english)

@@ -7,15 +7,13 @@ permission_frames.toml lists the frames of six languages.
 from __future__ import annotations
 
 import re
-from collections.abc import Mapping
 from functools import cache
 from typing import cast
 
-from planner.language.rules.phrase_search import in_plain_letters, phrase_lists
+from planner.language.rules.phrase_search import filled, in_plain_letters, phrase_lists
 from planner.person.prohibition import Act, Prohibition
 
 _SIGN = re.compile(r"([\u4e00-\u9fff])")  # each Chinese one is a word
-_PART = re.compile(r"{(\w+)}")
 
 
 def permitted_by(clause: str) -> Prohibition | None:
@@ -68,13 +66,6 @@ def _frames() -> re.Pattern[str]:
     """Return what matches a whole clause, its phrases replaced by signs, that permits."""
     lists = phrase_lists("permission_frames")
     parts = {name: f"(?:{'|'.join(phrases)})" for name, phrases in lists["parts"].items()}
-    frames = "|".join(_filled(one, parts) for ones in lists["frames"].values() for one in ones)
+    frames = "|".join(filled(one, parts) for ones in lists["frames"].values() for one in ones)
     leads = "|".join(lists["leads"]["words"])
     return re.compile(rf"(?:(?:{leads}) )*(?:{frames})")
-
-
-def _filled(frame: str, parts: Mapping[str, str]) -> str:
-    """Return a frame with its parts, and theirs, filled in."""
-    while _PART.search(frame):
-        frame = _PART.sub(lambda match: parts[match[1]], frame)
-    return frame

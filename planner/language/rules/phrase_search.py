@@ -1,6 +1,7 @@
-"""Search a text in plain letters for lists of phrases, which TOML files hold.
+"""Search a text for lists of phrases and regular expressions, which TOML files hold.
 
-A phrase is a regular expression of whole words; semicolons separate phrases.
+A phrase is a regular expression of whole words; semicolons separate phrases. A table `patterns`
+holds regular expressions, in which line breaks count for nothing and {name} stands for another one.
 """
 
 from __future__ import annotations
@@ -8,20 +9,59 @@ from __future__ import annotations
 import re
 import tomllib
 import unicodedata
+from collections.abc import Iterable, Mapping
 from functools import cache
 from pathlib import Path
+from typing import Any
 
 WORDS = Path(__file__).parent / "words"
 Tables = dict[str, dict[str, tuple[str, ...]]]
+Rules = tuple[tuple[re.Pattern[str], str], ...]
+_PART = re.compile(r"{([a-z]\w*)}")
+
+
+@cache
+def tables_in(name: str) -> Mapping[str, Any]:
+    """Return the tables of a file of the folder `words`."""
+    return tomllib.loads((WORDS / f"{name}.toml").read_text("utf-8"))
 
 
 @cache
 def phrase_lists(name: str) -> Tables:
-    """Return the phrases of a file of this folder, by table and key; line breaks are spaces."""
-    tables = tomllib.loads((WORDS / f"{name}.toml").read_text("utf-8"))
+    """Return the phrases of a file, by table and key; line breaks are spaces."""
     return {
-        table: {key: _phrases(text) for key, text in keys.items()} for table, keys in tables.items()
+        table: {key: _phrases(text) for key, text in keys.items()}
+        for table, keys in tables_in(name).items()
     }
+
+
+@cache
+def patterns(name: str) -> Mapping[str, re.Pattern[str]]:
+    """Return the regular expressions of a file, by name."""
+    parts = tables_in(name)["patterns"]
+    return {key: re.compile(filled(text, parts)) for key, text in parts.items()}
+
+
+@cache
+def rules_in(name: str, table: str, flags: int = 0) -> Rules:
+    """Return the rules of a file: regular expressions, and what takes their place."""
+    tables = tables_in(name)
+    rows = tables["rules"][table]
+    return tuple((re.compile(filled(p, tables["patterns"]), flags), to) for p, to in rows)
+
+
+def rewritten(text: str, rules: Iterable[tuple[re.Pattern[str], str]]) -> str:
+    """Apply rules to a text, in order."""
+    for pattern, instead in rules:
+        text = pattern.sub(instead, text)
+    return text
+
+
+def filled(text: str, parts: Mapping[str, str]) -> str:
+    """Return a regular expression on one line, with its parts, and theirs, filled in."""
+    while _PART.search(text):
+        text = _PART.sub(lambda match: parts[match[1]], text)
+    return text.replace("\n", "")
 
 
 @cache

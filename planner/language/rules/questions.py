@@ -10,7 +10,12 @@ import re
 from functools import cache
 from typing import Literal, cast, get_args
 
-from planner.language.rules.phrase_search import in_plain_letters, phrase_lists, whole_words
+from planner.language.rules.phrase_search import (
+    in_plain_letters,
+    patterns,
+    phrase_lists,
+    whole_words,
+)
 from planner.language.rules.warning import warns
 
 Question = Literal[
@@ -22,30 +27,19 @@ Thing = Literal[
     "gallbladder", "clip", "left tool", "right tool",
 ]  # fmt: skip
 QUESTIONS: tuple[Question, ...] = get_args(Question)
-_BEFORE = re.compile(
-    r"^((please|ok|okay|so|and|now|um|uh|hey|robot|calot|sorry|just|say|well|quick question"
-    r"|roughly|about|approximately) )*"
-)
-_STATES = re.compile(r"(?:you|u|we)(?: are|'re| may| must| can| will)? (?:not|never)\b")
-_REQUESTS = re.compile(
-    r"\b((?<!what )(?<!how )(?<!where )(?<!which )(?<!when )(can|could|would|will|won't|may)"
-    r" (you|we|i)"
-    r"(?!( please)?( (give|tell|explain|confirm|say|ask|let (me|us) know|remind|show me (what|how)"
-    r"|be so kind as to tell|point|say|be|see|safely|without|bet|swear|safely)|$))"
-    r"|how about|why (don't|not))\b"
-)
+_RE = patterns("questions")
 
 
 def question_in(text: str) -> Question | None:
     """Return what a sentence asks; None if it asks nothing that is answered."""
     words = in_plain_letters(text)
     lists = phrase_lists("questions")
-    begins = _BEFORE.sub("", words)
+    begins = _RE["before"].sub("", words)
     asks = whole_words(lists["asks"]["beginnings"]).match(begins) or text.rstrip().endswith("?")
     if (
         not asks
-        or (_STATES.match(begins) and not text.rstrip().endswith("?"))
-        or _REQUESTS.search(words)
+        or (_RE["states"].match(begins) and not text.rstrip().endswith("?"))
+        or _RE["requests"].search(words)
     ):
         return None
     kinds = lists["questions"]

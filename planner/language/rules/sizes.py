@@ -9,9 +9,11 @@ import re
 from dataclasses import dataclass
 
 from planner.language.rules.phrase_search import (
+    filled,
     in_plain_letters,
     not_drawn_out,
     phrase_lists,
+    tables_in,
     whole_words,
 )
 
@@ -19,17 +21,8 @@ SMALL_M, LARGE_M = 0.0015, 0.008  # "a bit", "much"; assumed
 SHORTEST_M = 2e-4  # less is gone as soon as it is said (`planner.person.orders.REACHED_M`); assumed
 LONGEST_M = 0.05  # nobody means more in Calot's triangle, which is smaller; assumed
 
-_NUMBERS = {
-    "a": 1.0, "an": 1.0, "another": 1.0, "one": 1.0, "two": 2.0, "three": 3.0, "four": 4.0,
-    "five": 5.0, "six": 6.0, "seven": 7.0, "eight": 8.0, "nine": 9.0, "ten": 10.0, "eleven": 11.0,
-    "twelve": 12.0, "thirteen": 13.0, "fourteen": 14.0, "fifteen": 15.0, "sixteen": 16.0,
-    "seventeen": 17.0, "eighteen": 18.0, "nineteen": 19.0, "twenty": 20.0, "thirty": 30.0,
-    "forty": 40.0, "fifty": 50.0, "zero": 0.0, "nought": 0.0, "couple of": 2.0,
-    "couple": 2.0, "few": 3.0, "half": 0.5, "half a": 0.5, "half an": 0.5, "quarter": 0.25,
-    "quarter of a": 0.25, "quarter of an": 0.25, "dozen": 12.0, "a dozen": 12.0,
-    "half a dozen": 6.0,
-    "three quarters of a": 0.75, "three quarters of an": 0.75, "to": 2.0, "too": 2.0,
-}  # fmt: skip
+_TABLES = tables_in("lengths")
+_NUMBERS: dict[str, float] = dict(_TABLES["numbers"])
 _ONES = ("one", "two", "three", "four", "five", "six", "seven", "eight", "nine")
 _TENS = ("twenty", "thirty", "forty", "fifty")
 _PARTS_OF = {"third": 3, "fourth": 4, "fifth": 5, "eighth": 8, "tenth": 10, "sixteenth": 16}
@@ -37,48 +30,20 @@ _NUMBERS |= {f"{part} of {a}": 1 / n for part, n in _PARTS_OF.items() for a in (
 _NUMBERS |= {f"two thirds of {a}": 2 / 3 for a in ("a", "an")}
 _NUMBERS |= {f"{one} tenths of a": _NUMBERS[one] / 10.0 for one in _ONES}
 _NUMBERS |= {f"{ten} {one}": _NUMBERS[ten] + _NUMBERS[one] for ten in _TENS for one in _ONES}
-_UNITS_M = {
-    r"(?:mms?|mill?s?|millis?|mil+im(?:et(?:er|re)s?))": 1e-3,
-    r"(?:cms?|cent(?:i|e)m(?:et(?:er|re)s?)|centis?)": 1e-2,
-    r"inch(?:es)?": 0.0254,
-    r"in(?:$|[.,!?])": 0.0254,
-    r"(?:microns?|micromet(?:er|re)s?)": 1e-6,
-    r"fingers?(?: |')?s?(?: |-)?(?:breadths?|widths?)?": 0.018,  # a finger's breadth
-    r"hair(?: |'s )?breadths?": 5e-4,
+_COUNTED = (one for one in _NUMBERS if _NUMBERS[one] > 1.0 and one not in ("to", "too"))
+_PARTS = _TABLES["patterns"] | {
+    "words": "|".join(sorted(_NUMBERS, key=len, reverse=True)),
+    "counted": "|".join(_COUNTED),
+    "ones": "|".join(_ONES),
 }
-_WORDS = "|".join(sorted(_NUMBERS, key=len, reverse=True))
-_COUNTED = "|".join(one for one in _NUMBERS if _NUMBERS[one] > 1.0 and one not in ("to", "too"))
-_NUMBER = (
-    rf"(?:(?:\d+|{_COUNTED}|one|zero|nought|oh) )?point (?:\d+|{'|'.join(_ONES)})"
-    rf"|\d+(?:[.,]\d+)?(?: ?/ ?\d+)?|\.\d+|{_WORDS}"
-)
-_HALVES = {"half": 0.5, "quarter": 0.25}
-_AND_HALF = r"(?: and (?:a )?(half|quarter))?"
-_ABOUT = (
-    r"(?:\bby )?(?:\b(?:about|like|roughly|around|circa|approximately|perhaps|only|exactly|just"
-    r"|some|maybe|up to|at most|at least) (?:an? )?|\ban? )?"
-)
-_MORE = r"(?:(?:more|good|full|whole|mere|bare|further|extra|additional) )?"
-_MINUS = re.compile(rf"(?:(?<!\S)[-−–]|\b(?:minus|negative) )(?=(?:{_NUMBER})(?!\w))")
-_OTHER_NUMBER = re.compile(rf"(?:\d|\b(?:{_COUNTED}))(?: ?[.,/]| (?:to|or|and))?$")
-_NO_UNIT = re.compile(
-    rf"(?<![\w.])((?:\d[\w.,/]*|{_COUNTED}) ?(?:m|met(?:er|re)s?|feet|foot)?)"
-    r"(?:[.!]*$| (?=(?:up|down|higher|lower|deeper|left|right|to the|towards|away|please|now)\b))"
-)
-_UNREAD = re.compile(  # "nan mm", "1e3 mm": a unit whose number is none
-    r"(?:\S+ ?)?(?<![a-z])(?:mms?|millis?|mil+im(?:et(?:er|re)s?)"
-    r"|cms?|cent(?:i|e)m(?:et(?:er|re)s?)|inch(?:es)?)(?!\w)"
-)
-_PARTS = (("½", ".5"), ("¼", ".25"), ("¾", ".75"))  # "1½ mm"
-_THOUSANDS = re.compile(r"(?<![\d.,])([1-9]\d{0,2}),(\d{3})(?!\d)")
+_RE = {name: re.compile(filled(text, _PARTS)) for name, text in _TABLES["patterns"].items()}
 _LENGTH = {
-    re.compile(
-        rf"{_ABOUT}(?<![\w.])(?<![\d.,],)({_NUMBER}){_AND_HALF} ?{_MORE}"
-        rf"(?:of an? )?{_MORE}{unit}(?!\w)"
-        rf"{_AND_HALF}"
-    ): unit_m
-    for unit, unit_m in _UNITS_M.items()
+    re.compile(filled(_TABLES["length"]["in_units"], _PARTS | {"unit": unit})): unit_m
+    for unit, unit_m in _TABLES["units_m"].items()
 }
+_TIMES = {re.compile(filled(said, _PARTS)): times for said, times in _TABLES["echoes"]["times"]}
+_HALVES = {"half": 0.5, "quarter": 0.25}
+_PARTS_OF_ONE = (("½", ".5"), ("¼", ".25"), ("¾", ".75"))  # "1½ mm"
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -111,20 +76,24 @@ def without_size(text: str) -> Sized:
 def unclear_length(text: str) -> str:
     """Return why a length in a text cannot be told; "" if each can: "-3 mm", "2 to 3 mm"."""
     lengths = (found for pattern in _LENGTH for found in pattern.finditer(_plain(text)))
-    if any(_OTHER_NUMBER.search(found.string[: found.start()].rstrip()) for found in lengths):
+    if any(_RE["other_number"].search(found.string[: found.start()].rstrip()) for found in lengths):
         return "there is more than one number before the unit"
-    return "a length has no minus, say the other direction" if _MINUS.search(text.lower()) else ""
+    return (
+        "a length has no minus, say the other direction"
+        if _RE["minus"].search(text.lower())
+        else ""
+    )
 
 
 def unread_length(english: str) -> str:
     """Return why a length has no number that can be read; "" if each has: "nan mm", "1e3 mm"."""
-    unread = _UNREAD.search(_without_lengths(english))
+    unread = _RE["unread"].search(_without_lengths(english))
     return f"{unread[0].strip()!r} has no number that can be read" if unread else ""
 
 
 def without_unit(text: str) -> str:
     """Return a number, at the end or before a direction, that no unit follows; or ""."""
-    found = _NO_UNIT.search(_without_lengths(text))
+    found = _RE["no_unit"].search(_without_lengths(text))
     return found[1] if found else ""
 
 
@@ -144,10 +113,10 @@ def out_of_range(size_m: float | None) -> str:
 
 
 def _plain(text: str) -> str:
-    for sign, decimals in _PARTS:
+    for sign, decimals in _PARTS_OF_ONE:
         text = text.replace(sign, decimals)
     plain = not_drawn_out(" ".join(text.lower().replace("-", " ").split()))
-    return _THOUSANDS.sub(r"\1\2", plain)
+    return _RE["thousands"].sub(r"\1\2", plain)
 
 
 def _without(found: re.Match[str], text: str) -> str:
@@ -167,8 +136,6 @@ def _number(said: str) -> float:
 
 # Speeds
 
-_LINK = re.compile(r"[ ,]*\b(at|with|in|and|but|a bit|a little|much)? *$")
-
 
 def speed_in(text: str) -> str:
     """Return "slower", "faster", "half", "normal", or "" if no speed is said."""
@@ -182,7 +149,7 @@ def without_speed(text: str) -> str:
     _, found = _found(words)
     if found is None:
         return text
-    before = _LINK.sub("", words[: found.start()])
+    before = _RE["link"].sub("", words[: found.start()])
     return f"{before} {words[found.end() :].lstrip(' ,')}".strip()
 
 
@@ -193,20 +160,6 @@ def _found(words: str) -> tuple[str, re.Match[str] | None]:
 
 
 # Echoes: a part of a sentence says its motion by the part before
-
-_FAR = r"(?:much|far)"
-_TIMES = {
-    rf"half (?:of )?(?:that|as {_FAR})(?: again)?|(?<=by )half(?! an?\b)(?! \w*met)"
-    r"|half (?:of )?it|half the (?:distance|amount|way)": 0.5,
-    rf"a (?:quarter|fourth) (?:of (?:that|it)|as {_FAR})|(?:by )?a quarter as {_FAR}": 0.25,
-    rf"a third (?:of that|as {_FAR})": 1 / 3,
-    rf"(?:twice|two times) (?:that|as {_FAR}|the (?:distance|amount))|double(?: that)?": 2.0,
-    rf"(?:three times|thrice) (?:that|as {_FAR})|triple(?: that)?": 3.0,
-    r"likewise|ditto|(?:the )?same(?! (?:arm|hand|gripper|one|side)\b)"
-    r"(?: again)?(?: (?:way|amount|distance|thing|direction|for))?"
-    r"|(?:by )?the same(?: (?:again|amount|distance))?|as (?:much|far)|so too": 1.0,
-}
-_PATTERNS = {re.compile(rf"\b(?:by )?(?:{said})\b"): times for said, times in _TIMES.items()}
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -220,7 +173,7 @@ class Echo:
 def echo_in(part: str) -> Echo | None:
     """Return what a part says of the motion before it; None if it says nothing of it."""
     text, times, found = part, 1.0, False
-    for pattern, factor in _PATTERNS.items():
+    for pattern, factor in _TIMES.items():
         text, n = pattern.subn(" ", text)
         found, times = found or bool(n), times * (factor if n else 1.0)
     return (
