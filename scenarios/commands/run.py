@@ -25,7 +25,7 @@ from scenarios.commands.policy_options import require_renderer, say_who_acts
 from scenarios.commands.typed_options import MOST_WORKERS, at_least, one_of, text_of
 from scenarios.demonstration.alike import require_joinable
 from scenarios.demonstration.mix import TRAINING_SEEDS
-from scenarios.files.errors import ERROR, FAILED, INTERRUPTED, BadInputError
+from scenarios.files.errors import ERROR, FAILED, INTERRUPTED, BadInputError, refusing
 from scenarios.files.outside_text import Terminal, output
 from scenarios.files.strict_json import plain
 from scenarios.files.sums import MANIFEST, RESULTS
@@ -54,6 +54,8 @@ if TYPE_CHECKING:
     from scenarios.viewer.session_state import SessionState
 
 VIDEO_SUFFIX = ".mp4"
+UNWRITABLE = "--out: cannot write "
+KEPT = "; finished episodes are kept: free some space and run the others with another --out"
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -181,7 +183,7 @@ class Run(EpisodeOptions):
             attempts = stack.enter_context(closing(self._attempts(observers, session)))
             for attempt in attempts:
                 if attempt.unwritable is not None:
-                    raise _no_room(attempt.unwritable)
+                    raise BadInputError(f"{UNWRITABLE}{attempt.unwritable}{KEPT}")
                 finished.append(attempt.result)
                 finished.sort(key=lambda episode: episode.seed)
                 self._write(finished)
@@ -254,17 +256,8 @@ class Run(EpisodeOptions):
 
     def _write(self, finished: Sequence[EpisodeResult]) -> None:
         path = self.out / RESULTS
-        try:
+        with refusing(OSError, before=f"{UNWRITABLE}{path}: ", after=KEPT):
             write_results(path, finished, config=plain(self))
-        except OSError as error:
-            raise _no_room(f"{path}: {error.strerror or error}") from None
-
-
-def _no_room(unwritable: str) -> BadInputError:
-    return BadInputError(
-        f"--out: cannot write {unwritable}; finished episodes are kept: free some space and run the"
-        " others with another --out"
-    )
 
 
 def exit_code(episodes: Sequence[EpisodeResult]) -> int:

@@ -57,7 +57,8 @@ def verify(file: Path, allowed: Set[str] | None = frozenset()) -> Verdict:
     except OSError as error:
         return Verdict(file=file, outcome="refused", remark=f"{file}: {error.strerror or error}")
     except ValueError as error:
-        return Verdict(file=file, outcome="refused", remark=_naming(file, error))
+        remark = str(error) if str(file) in str(error) else f"{file}: {error}"
+        return Verdict(file=file, outcome="refused", remark=remark)
     difference = first_difference(recorded, again)
     if difference is None:
         n_steps = len(recorded.arrays["time_s"])
@@ -94,10 +95,6 @@ def verdict_table(verdicts: Sequence[Verdict]) -> Table:
     """Return a table with one row for each file."""
     rows = ((str(v.file), v.outcome, v.remark) for v in verdicts)
     return table_of("recordings, run again", ("file", "outcome", ""), (), rows)
-
-
-def _naming(file: Path, error: ValueError) -> str:
-    return str(error) if str(file) in str(error) else f"{file}: {error}"
 
 
 def _changes(recorded: dict[str, str]) -> Iterator[str]:

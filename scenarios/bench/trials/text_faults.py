@@ -47,7 +47,9 @@ DISGUISES: tuple[Disguise, ...] = (
 def stops_in_disguise() -> Target:
     """Return disguised warnings; each of them must hold the arms."""
     return _target(
-        lambda chance: _drawn(chance, DISGUISES)(str(chance.choice(STOPS)), chance),
+        lambda chance: DISGUISES[chance.integers(len(DISGUISES))](
+            str(chance.choice(STOPS)), chance
+        ),
         lambda reading: not (reading.command is not None and holds(reading.command.text)),
     )
 
@@ -67,10 +69,6 @@ def _target(make: Callable[[np.random.Generator], str], is_wrong: Callable[[Read
         given[0] = make(chance)
 
     return Target(tamper=tamper, read=lambda: read(given[0]), is_changed=is_wrong)
-
-
-def _drawn(chance: np.random.Generator, disguises: tuple[Disguise, ...]) -> Disguise:
-    return disguises[chance.integers(len(disguises))]
 
 
 def _letters(chance: np.random.Generator) -> str:
