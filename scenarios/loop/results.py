@@ -216,9 +216,9 @@ class EpisodeResult:
     sense: str = "exact"
     sensing: SensingResult | None = None
     privileged: tuple[str, ...] = ()
-    procedure: str = "cholecystectomy"
     act: ActResult | None = None
     rules: tuple[RuleUse, ...] = ()
+    procedure: str = "cholecystectomy"
 
     @property
     def outcome(self) -> Outcome:

@@ -18,10 +18,12 @@ from numpy.typing import NDArray
 from controller.safety.ledger import Entry
 from planner.command import COMMANDS
 from planner.instruction import Source
+from scenarios.catalogue import CHOLECYSTECTOMY, PROCEDURES, procedure_named
 from scenarios.loop.episode_config import EpisodeConfig
 from scenarios.loop.results import EpisodeResult
 from scenarios.perturbation.manual import MANUAL
 from tissue_sim.constants import CONTROL_HZ
+from tissue_sim.tools.instruments import right_tools
 
 SCHEMA_VERSION = 9
 READABLE = (7, 8, SCHEMA_VERSION)  # 7 has no content hash
@@ -139,6 +141,9 @@ def require_header(header: Any) -> None:
         raise ValueError(f"its configuration lacks {', '.join(sorted(missing))}")
     if not isinstance(header["config"].get("procedure", ""), str):
         raise ValueError("its procedure is no name")
+    n_tasks, _ = _most(header)
+    if odd := [words["task"] for words in header["instructions"] if words["task"] > n_tasks]:
+        raise ValueError(f"its procedure has no task {odd[0]}; allowed: 1 to {n_tasks}")
     for heard in header["heard"]:
         if heard["by"] == "button" and heard["text"] not in COMMANDS:
             raise ValueError(f"no button says {heard['text']!r:.40}")
@@ -146,6 +151,14 @@ def require_header(header: Any) -> None:
         most = MANUAL[name].most if (name := applied["name"]) in MANUAL else np.inf
         if abs(applied["magnitude"]) > most:
             raise ValueError(f"{name!r} is of {applied['magnitude']:g}; allowed: up to {most:g}")
+
+
+def _most(header: Mapping[str, Any]) -> tuple[int, int]:
+    """Return the numbers of tasks and right tools that may occur, without importing a procedure."""
+    name = header["config"].get("procedure", CHOLECYSTECTOMY)
+    if name not in PROCEDURES:
+        return MOST_TASKS, MOST_TOOLS
+    return len(procedure_named(name).tasks), len(right_tools())
 
 
 def require_steps(header: Mapping[str, Any], arrays: Mapping[str, NDArray[Any]]) -> None:
@@ -169,7 +182,7 @@ def require_steps(header: Mapping[str, Any], arrays: Mapping[str, NDArray[Any]])
             raise ValueError(f"{name} is not finite everywhere")
     for name, many in (
         ("instruction", len(header["instructions"])),
-        ("right_tool", MOST_TOOLS),
+        ("right_tool", _most(header)[1]),
         ("clip_loaded", 2),
     ):
         if n and not 0 <= arrays[name].min() <= arrays[name].max() < many:

@@ -97,6 +97,7 @@ def test_the_file_has_the_agreed_names(tmp_path):
         "privileged",
         "act",
         "rules",
+        "procedure",
     ]
     assert list(document["summary"]) == [
         "episodes",
