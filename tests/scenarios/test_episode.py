@@ -221,7 +221,7 @@ def test_an_exception_is_an_error_and_keeps_its_trace_and_record(tmp_path, monke
     result = attempt_episode(
         EpisodeConfig(planner="scripted", scenario="textbook", seed=SEED, controller="breaks"),
         tmp_path,
-    )
+    ).result
     assert result.error == "RuntimeError: a string snapped"
     assert not result.success
     assert "breaking_controller.py" in (tmp_path / "errors" / f"{SEED}.txt").read_text()
