@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import time
+from typing import Any
 
 import viser
 
@@ -29,7 +30,7 @@ class TalkPanel(Panel):
             form = gui.add_form(None)
             with form:
                 self._text = gui.add_text("say", "", hint="in your own words; Enter sends it")
-            self._reply = gui.add_html(html("example"))
+            self._reply = gui.add_html(_reply("example"))
             self._guesses = gui.add_button_group("did you mean", (_NONE,), visible=False)
             hold = gui.add_button("Hold still", icon=viser.Icon.HAND_STOP, color="red")
             on = gui.add_button("Back to planner", icon=viser.Icon.ROBOT, color="green")
@@ -44,7 +45,7 @@ class TalkPanel(Panel):
         self._text.value = ""
         reading = read(text)
         self._ask(SessionState.hear, reading)
-        self._reply.content = html("read", reading=reading, most=SHOWN)
+        self._reply.content = _reply("read", reading=reading, most=SHOWN)
         unclear = bool(reading.guesses)
         if unclear:
             self._guesses.options = tuple(guess.text for guess in reading.guesses)
@@ -61,11 +62,15 @@ class TalkPanel(Panel):
         if self._guesses.value != _NONE:
             self._ask(SessionState.hear, read(self._guesses.value))
             self._guesses.visible = False
-            self._reply.content = html("guess", text=self._guesses.value)
+            self._reply.content = _reply("guess", text=self._guesses.value)
 
     def update(self, state: State) -> None:
         """Show the robot's newest reply, which describes the arms' current action."""
         spoken = [line for line in state.status.lines if line.kind in SPOKEN]
         if spoken and spoken[-1] != self._shown:
             self._shown = spoken[-1]
-            self._reply.content = html("spoken", line=self._shown)
+            self._reply.content = _reply("spoken", line=self._shown)
+
+
+def _reply(macro: str, **shown: Any) -> str:
+    return f'<div class="reply">{html(macro, **shown)}</div>'

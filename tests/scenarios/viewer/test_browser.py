@@ -106,7 +106,9 @@ def test_a_sentence_is_obeyed_and_its_reading_is_shown(tab, session):
     run_to(session, 0.5)
     say(tab, "to the left by ten millimetres with the clip applier")
     wait_until(lambda: session.watcher.status().instruction.source == "human")
+    session.pace.pause()  # else the end of the order is told before a slow page is drawn
     tab.locator(".reply", has_text="move right arm to the left").wait_for()
+    session.pace.go_on()
     run_to(session, session.watcher.status().time_s + 2.2)
     session.pace.restart(session.config)
     (heard,) = recorded(session).heard
