@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from abc import ABC, abstractmethod
 from collections.abc import Callable
 from typing import TYPE_CHECKING
 
@@ -23,12 +24,12 @@ if TYPE_CHECKING:
     from tissue_sim.world import World
 
 
-class TaskOutcome:
+class TaskOutcome(ABC):
     """The criterion of a kind of task: subclasses say when a task is done."""
 
+    @abstractmethod
     def is_done(self, task: Task, world: World) -> bool:
         """Return whether the world's state meets the criterion now."""
-        raise NotImplementedError
 
     def is_over(self, task: Task, world: World) -> bool:
         """Return whether the task is done, or cannot be repeated."""
