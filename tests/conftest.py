@@ -8,6 +8,7 @@ import pytest
 from hypothesis import HealthCheck, settings
 
 from tests.made_once import MadeOnce, made_once
+from tests.stand_ins import stand_in
 
 # As `make test`: with two threads, on a busy machine, a training once did not resume to the bit.
 os.environ.setdefault("OMP_NUM_THREADS", "1")
@@ -20,6 +21,12 @@ def _made_once(tmp_path_factory: pytest.TempPathFactory) -> MadeOnce:
     """Return a function that makes something once for all workers of this test run."""
     root = tmp_path_factory.getbasetemp()
     return partial(made_once, root.parent if "PYTEST_XDIST_WORKER" in os.environ else root)
+
+
+@pytest.fixture(scope="session", autouse=True)
+def _stand_ins(made_once: MadeOnce) -> None:
+    """Let untrained networks stand in for policies that are not trained for this world yet."""
+    stand_in(made_once)
 
 
 SLOW_NOTEBOOKS = ("04_train.ipynb", "05_results.ipynb")

@@ -59,7 +59,8 @@ class Checkpoints(Generic[Config, Model]):
         """
         if path is None and not self.shipped.exists():
             how = f"`calot train {self.learner}` makes one to name"
-            raise CheckpointError(f"none comes with Calot: {how}")
+            which = f"none of world version {self.fits.get('world version')}"
+            raise CheckpointError(f"{which} comes with Calot: {how}")
         return Path(path or self.shipped)
 
     def save(self, path: Path, model: Model) -> None:

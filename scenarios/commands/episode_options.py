@@ -29,9 +29,10 @@ class EpisodeOptions:
     """Options of the first episode, and of who acts in it."""
 
     planner: Annotated[str, policy_of(PLANNERS)] = EpisodeConfig.planner
-    """Who says what to do next; scripted reads the hidden state."""
+    """Who says what to do next; scripted reads the hidden state, and acts until a learned planner
+    is trained for this world."""
     controller: Annotated[str, policy_of(CONTROLLERS)] = EpisodeConfig.controller
-    """Who moves the arms; expert reads the hidden state."""
+    """Who moves the arms; expert reads the hidden state, likewise."""
     checkpoint: Annotated[Path | None, arg(metavar="FILE")] = None
     """Checkpoint of a learned controller; the default is the one that comes with Calot."""
     planner_checkpoint: Annotated[Path | None, arg(metavar="FILE")] = None

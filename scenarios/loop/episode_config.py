@@ -52,8 +52,8 @@ class Stack:
         ValueError: For an unknown name, or a checkpoint for a policy that takes none.
     """
 
-    planner: str = "learned"
-    controller: str = "diffusion"
+    planner: str = "scripted"
+    controller: str = "expert"
     sense: str = "tracked"
     checkpoint: str | None = None
     planner_checkpoint: str | None = None
