@@ -25,7 +25,8 @@ class PlannerScripted:
     When a clip or a cut has not succeeded within `PATIENCE_S`, the planner requests a retraction,
     and then the same task again. When the gallbladder has slipped out of the grasper, the planner
     requests a retraction and another grab. After `MOST_TRIES` it gives up and calls for a person.
-    On a tube without room for three clips it leaves the second clip out. An anatomy that it cannot
+    On a tube without room for three clips it leaves the second clip out, and the third tube's tasks
+    where there is none. An anatomy that it cannot
     treat (`why_call`) is left to a person before the first clip.
     """
 
@@ -46,11 +47,12 @@ class PlannerScripted:
         """
         self.hears_of_success = hears_of_success
         self._world, self._procedure = world, procedure
-        self._order = tuple(order) or procedure.tasks
+        self._wanted = tuple(order) or procedure.tasks
         self.reset()
 
     def reset(self) -> None:
-        """Start at the first task."""
+        """Start at the first task that this patient needs."""
+        self._order = [task for task in self._wanted if is_needed(task, self._world)]
         self._index = self._furthest = 0
         self._since_s, self._tries = 0.0, 1
         self._backing_off = False
@@ -81,7 +83,7 @@ class PlannerScripted:
         return why_call(self._procedure, self._world.anatomy)
 
     def _next_to_do(self) -> int:
-        """Return the next task; tasks left out, or given and still done, are skipped."""
+        """Return the next task; tasks that were given, and are still done, are skipped."""
         at = self._index + 1
         while at < len(self._order) and self._is_skipped(at):
             at += 1
@@ -89,10 +91,8 @@ class PlannerScripted:
         return min(at, len(self._order) - 1)
 
     def _is_skipped(self, at: int) -> bool:
-        task = self._order[at]
         given_before = at < self._furthest
-        over = given_before and task_over(task, self._world)
-        return over or not is_needed(task, self._world)
+        return given_before and task_over(self._order[at], self._world)
 
     def _slipped(self) -> bool:
         """Return whether the grasper lost the gallbladder; after a cut it is not grasped again."""

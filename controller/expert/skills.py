@@ -88,10 +88,12 @@ def skill(task: Task, world: World, attempt: int = 0) -> tuple[Phase, ...]:
     """Return the phases that carry out a task in this patient, from any pose of the arm.
 
     A further attempt (1, 2, ...) approaches the tube from another side. A gallbladder that is held
-    at its proper place is not released.
+    at its proper place is not released. For a tube that this patient lacks, the arm stays.
     """
     if lacks_clip(task, world):
         return retract(task, world, attempt)
+    if task.tube and not structure_of(task, world):
+        return (stay(RIGHT_ARM),)
     phases = entry_of(task.kind, SKILLS, "SKILLS")(task, world, attempt)
     if not phases:
         raise ValueError(f"the skill of the kind {task.kind!r} has no phase")

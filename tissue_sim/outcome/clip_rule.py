@@ -29,7 +29,11 @@ SPACING_M = CLIP_WIDTH_M + CLIP_MIN_GAP_M + 0.0003  # between two clips that sta
 CUT_ROOM_M = CLIP_WIDTH_M + 2 * CUFF_MIN_M + 0.0008  # between the clips beside the cut: cut, cuffs
 # From a tube's ends to a clip's middle, so that the jaws catch nothing else. At the low margin
 # the filter lets the applier's fingers pass beside the structure at risk (measured).
-LOW_MARGIN_M = {"duct": 0.0056, "artery": 0.0038}  # from common bile duct, hepatic artery
+LOW_MARGIN_M = {
+    "duct": 0.0056,  # from the common bile duct
+    "artery": 0.0038,  # from the hepatic artery
+    "second artery": 0.0038,  # from its fixed end
+}
 HIGH_MARGIN_M = 0.0042  # from the gallbladder
 NEARER_M = 0.0006  # on a short tube the high margin may be smaller by this
 SCARCE_M = 0.002  # a tube with less spare length is short; assumed
@@ -37,7 +41,7 @@ SHARES = 0.18, 0.17, 0.20  # of the spare length: below clips, between two, abov
 
 
 def needed_m(tube: str, n_clips: int = USUAL_CLIPS) -> float:
-    """Return the least length of "duct" or "artery" that has room for the clips and a cut, m.
+    """Return the least length of a tube ("duct") that has room for the clips and a cut, m.
 
     The thresholds alone require 12.1 mm for three clips and 8.4 mm for two. This length contains
     two cuffs at the ends, the clips, the gaps between clips that stay, and a cut with a cuff on
@@ -63,7 +67,7 @@ def clip_stations_m(
     all clips.
 
     Args:
-        tube: "duct" or "artery".
+        tube: "duct", "artery" or "second artery".
         length_m: Length of the tube at rest: a number, or numbers in an array or a tensor.
         n_clips: Number of clips on the tube.
         aside: How much lower than usual the last clip goes, 0 to 2.

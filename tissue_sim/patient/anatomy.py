@@ -149,7 +149,12 @@ class Anatomy:
         return hashlib.sha256(text.encode()).hexdigest()[:12]
 
     def structure(self, tube: str) -> str:
-        """Return the structure, "duct" or "artery", of the "left" or "right" tube."""
+        """Return the structure of the "left", "right" or "third" tube.
+
+        The structures are "duct", "artery" and "second artery".
+        """
+        if tube == "third":
+            return "second artery"
         return "artery" if (tube == "left") == self.artery_on_left else "duct"
 
     def _check_widths(self) -> None:
