@@ -132,6 +132,11 @@ class Anatomy:
         return first | ({"second artery": self.second_artery} if self.second_artery else {})
 
     @property
+    def tubes(self) -> tuple[str, ...]:
+        """Return the tubes to the gallbladder, as the endoscope shows them."""
+        return ("left", "right", "third") if self.second_artery else ("left", "right")
+
+    @property
     def variant(self) -> str:
         """Return the name of the uncommon course, the more important one of two, or "usual"."""
         if self.second_artery:
