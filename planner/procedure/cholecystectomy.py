@@ -37,6 +37,11 @@ CHOLECYSTECTOMY = Procedure(name="cholecystectomy", tasks=TASKS)
 """The procedure of SRT-H, with the third tube, which the learned policies and the language know."""
 
 
+def duct_first(duct: Tube) -> tuple[Task, ...]:
+    """Return the tasks in the order for an artery that crosses the duct: the duct's tube first."""
+    return tuple(sorted(TASKS, key=lambda task: (task.is_optional, task.tube not in (None, duct))))
+
+
 def task_from_text(text: str) -> Task:
     """Return the task with this text.
 

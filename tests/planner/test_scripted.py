@@ -211,3 +211,14 @@ def test_a_tube_in_two_parts_is_not_cut_again_though_it_had_no_clips(at_the_tube
     assert not task_done(cut, at_the_tubes)
     assert ask(planner, at_the_tubes) == back
     assert ask(planner, at_the_tubes, 2 * PATIENCE_S) == back
+
+
+@pytest.mark.parametrize("on_left", [False, True])
+def test_the_duct_comes_before_an_artery_that_crosses_it(on_left):
+    crossing = variant("artery-in-front", textbook_from_seed(10_004))
+    usual = list(range(1, 18))
+    duct_on_right = [1, *range(10, 18), *range(2, 10)]
+    assert order_of(replace(crossing, artery_on_left=on_left)) == (
+        duct_on_right if on_left else usual
+    )
+    assert order_of(replace(textbook_from_seed(10_004), artery_on_left=on_left)) == usual

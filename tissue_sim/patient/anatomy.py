@@ -132,6 +132,11 @@ class Anatomy:
         return first | ({"second artery": self.second_artery} if self.second_artery else {})
 
     @property
+    def artery_crosses(self) -> bool:
+        """Return whether the artery enters so far round the gallbladder that it crosses the duct."""
+        return abs(self.artery_turn_rad) > math.pi / 2
+
+    @property
     def tubes(self) -> tuple[str, ...]:
         """Return the tubes to the gallbladder, as the endoscope shows them."""
         return ("left", "right", "third") if self.second_artery else ("left", "right")
@@ -141,7 +146,7 @@ class Anatomy:
         """Return the name of the uncommon course, the more important one of two, or "usual"."""
         if self.second_artery:
             return "two-arteries"
-        if abs(self.artery_turn_rad) > math.pi / 2:
+        if self.artery_crosses:
             return "artery-in-front" if self.artery_turn_rad > 0 else "artery-behind"
         if self.artery_on_left:
             return "swapped"
