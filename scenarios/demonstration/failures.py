@@ -11,7 +11,7 @@ import numpy as np
 
 from controller.expert.skills import among_tissue
 from controller.expert.targets import clip_pose
-from planner.procedure.cholecystectomy import TASKS
+from planner.procedure.cholecystectomy import CHOLECYSTECTOMY
 from planner.procedure.outcomes import has_tube, structure_of
 from planner.procedure.task import Task
 from scenarios.catalogue import SCENARIOS
@@ -44,7 +44,7 @@ def failures(scenario: str, anatomy: Anatomy, rng: np.random.Generator) -> tuple
 
 
 def _drawn_tasks(p: Perturbation, anatomy: Anatomy, rng: np.random.Generator) -> list[int]:
-    tasks = [k for k in resolve_name(p.effect).tasks if has_tube(TASKS[k - 1], anatomy)]
+    tasks = [k for k in resolve_name(p.effect).tasks if has_tube(CHOLECYSTECTOMY.task(k), anatomy)]
     most = CLIPS_LEFT_MAX if p.name == DROP else MAX_FAILURES
     return sorted(rng.choice(tasks, size=min(most, len(tasks)), replace=False).tolist())
 

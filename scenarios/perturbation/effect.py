@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from controller.action import ToolAction
-from planner.procedure.cholecystectomy import TASKS
+from planner.procedure.cholecystectomy import CHOLECYSTECTOMY
 from planner.procedure.outcomes import is_needed
 from planner.procedure.task import Task
 from scenarios.perturbation.perturbation import AtTask, AtTime, Onset, Perturbation
@@ -97,7 +97,7 @@ class Effect:
     def due(self, world: World, task: Task) -> bool:
         """Return whether the perturbation begins now."""
         if self.at is None:
-            needed = [k for k in self.tasks if is_needed(TASKS[k - 1], world)]
+            needed = [k for k in self.tasks if is_needed(CHOLECYSTECTOMY.task(k), world)]
             self.at = AtTask(index=needed[int(self._share * len(needed))])
         if isinstance(self.at, AtTask):
             return task.index == self.at.index

@@ -133,7 +133,7 @@ class Anatomy:
 
     @property
     def artery_crosses(self) -> bool:
-        """Return whether the artery enters so far round the gallbladder that it crosses the duct."""
+        """Return whether the artery enters so far round the sac that it crosses the duct."""
         return abs(self.artery_turn_rad) > math.pi / 2
 
     @property
