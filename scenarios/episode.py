@@ -22,7 +22,6 @@ from controller.holding import Holding
 from controller.kept_place import KeptPlace
 from controller.tool_place import ToolPlace
 from planner.base import PLANNING_PERIOD_S, Planner, hears_of_success
-from planner.command import TUBES
 from planner.instruction import Instruction
 from planner.language.reading import Reading
 from planner.person.override import PlannerOverridden
@@ -40,6 +39,7 @@ from scenarios.loop.wall_time import ActTime, StageClock
 from scenarios.perturbation.effects import Effects
 from tissue_sim.constants import CONTROL_PERIOD_S
 from tissue_sim.outcome import nurse
+from tissue_sim.patient.anatomy import TUBES
 from tissue_sim.sensing.observation import Observation
 from tissue_sim.sensing.sense import Sense
 from tissue_sim.tools.arms import JointCommand

@@ -9,7 +9,8 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 from planner.procedure.procedure import Procedure
-from planner.procedure.task import Task, Tube
+from planner.procedure.task import Task
+from tissue_sim.patient.anatomy import Tube
 from tissue_sim.tools.instruments import CLIP_APPLIER, SCISSORS
 
 

@@ -10,19 +10,20 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from planner.command import TUBES
 from planner.scene.duct_side import structure_seen
 from tissue_sim.outcome.clip_rule import FEWEST_CLIPS, needed_m
-from tissue_sim.sensing.observation import Observation
+from tissue_sim.patient.anatomy import USUAL_TUBES
+from tissue_sim.sensing.observation import LIKELY, Observation
 
 # By how many standard deviations a tube must look too short. Before the first clip is due a call
 # can wait until it is certain. Then half of one, some 0.3 mm, spares most needless calls: 3 of 43
 # operable patients were called with a quarter (0.15 mm). A tube that is short by so little takes
 # its clips by the tolerance of 0.8 mm in the clip rule's `CUT_ROOM_M`.
 SURE, DUE = 2.0, 0.5
-# Chances of a third tube. Until the gallbladder is grabbed it hides what tells one: three of 105
-# tuning patients without one had 0.6 to 0.92 before, and one of them more than 0.5 after it.
-CERTAIN, LIKELY = 0.98, 0.5
+# Chance of a third tube from which it is certain. Until the gallbladder is grabbed it hides what
+# tells one: three of 105 tuning patients without one had 0.6 to 0.92 before, and one of them more
+# than 0.5 after it.
+CERTAIN = 0.98
 # Least mean distance of the artery's upper end beside the duct when the first clip is due.
 # In truth 1 % of 441 operable patients have less than 2.5 mm, and no crossing artery has -1.7 mm.
 # Perception placed arteries that cross behind the duct 4 mm too far over: 12 of 13 below 2.1 mm.
@@ -58,16 +59,12 @@ class AnatomyGate:
         return " ".join(self._reasons(observation, due=due)) or None
 
     def _reasons(self, observation: Observation, *, due: bool) -> Iterator[str]:
-        for side, length_m, std_m, severed in zip(
-            TUBES,
-            observation.rest_length_m,
-            observation.rest_length_std_m,
-            observation.severed,
-            strict=True,
-        ):
-            tube = structure_seen(side, observation)
-            needs_m = needed_m(tube, FEWEST_CLIPS)
-            if not severed and needs_m - length_m > (DUE if due else SURE) * std_m:
+        for side in USUAL_TUBES:
+            tube, length_m = structure_seen(side, observation), observation.length_m(side)
+            needs_m, std_m = needed_m(tube, FEWEST_CLIPS), observation.length_std_m(side)
+            if observation.is_severed(side):
+                continue
+            if needs_m - length_m > (DUE if due else SURE) * std_m:
                 yield (
                     f"The {tube} looks {1e3 * length_m:.1f} mm long: a clip on either side of"
                     f" a cut needs {1e3 * needs_m:.1f} mm."
@@ -89,8 +86,7 @@ def artery_beside_m(observation: Observation) -> float:
     The distance is at the tubes' mean depth. It is negative if the upper end lies on the duct's
     other side than the lower end.
     """
-    sides = zip(TUBES, (observation.left_tube_m, observation.right_tube_m), strict=True)
-    lines = {structure_seen(side, observation): line for side, line in sides}
+    lines = {structure_seen(side, observation): observation.tube_m(side) for side in USUAL_TUBES}
     duct, artery = (lines[tube][:, :2] / lines[tube][:, 2:] for tube in ("duct", "artery"))
     up = np.argsort(duct[:, 1])
     low, high = artery[[0, -1], 0] - np.interp(artery[[0, -1], 1], duct[up, 1], duct[up, 0])

@@ -5,13 +5,12 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from planner.procedure.task import Tube
 from planner.rules.anatomy_gate import BESIDE_M, AnatomyGate, artery_beside_m
 from planner.scene.next_task import clips_needed_on
 from tests.planner.observations import clipped, writable
 from tissue_sim.outcome.clip_rule import FEWEST_CLIPS, USUAL_CLIPS, needed_m
 from tissue_sim.outcome.room import why_call
-from tissue_sim.patient.anatomy import anatomy_from_seed
+from tissue_sim.patient.anatomy import Tube, anatomy_from_seed
 from tissue_sim.sensing.observation import Observation
 from tissue_sim.world import World
 
@@ -21,7 +20,7 @@ SEEN = clipped()
 def with_length(length_m: float, std_m: float = 0.0, side: str = "left") -> Observation:
     """Return an observation whose tube on one side has this length at rest."""
     k = ("left", "right").index(side)
-    lengths_m, stds_m = SEEN.rest_length_m.copy(), np.zeros(2)
+    lengths_m, stds_m = SEEN.rest_length_m.copy(), np.zeros(3)
     lengths_m[k], stds_m[k] = length_m, std_m
     return replace(SEEN, rest_length_m=lengths_m, rest_length_std_m=stds_m)
 
@@ -68,14 +67,14 @@ def test_what_a_person_had_clipped_does_not_spare_the_robot_its_own_judgement():
 
 def test_a_tube_that_is_cut_needs_no_room_any_more():
     short = with_length(needed_m("duct", FEWEST_CLIPS) - 0.005)
-    assert why(replace(short, severed=np.array([True, False]))) is None
-    assert why(replace(short, severed=np.array([False, True]))) is not None
+    assert why(replace(short, severed=np.array([True, False, False]))) is None
+    assert why(replace(short, severed=np.array([False, True, False]))) is not None
 
 
 def artery_ending(beside_m: float, duct: Tube = "left") -> Observation:
     """Return an observation whose artery ends so far beside the duct's line."""
     seen = writable(clipped(duct=duct))
-    lines = {"left": seen.left_tube_m, "right": seen.right_tube_m}
+    lines = {"left": seen.tube_m("left"), "right": seen.tube_m("right")}
     artery = lines["right" if duct == "left" else "left"]
     side = np.sign(artery[0, 0] - lines[duct][0, 0])
     artery[:, 0] = np.linspace(artery[0, 0], lines[duct][-1, 0] + side * beside_m, len(artery))

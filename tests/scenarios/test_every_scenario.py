@@ -24,7 +24,7 @@ ONE_OF_A_KIND = (  # the others differ from one of these in a number, an arm or 
     *("nominal", "grasp-missed-above", "wrong-tube", "clip-dropped", "grasp-slip", "breathing"),
     *("camera-turn", "latency", "stiff-tissue", "dye", "artery-in-front", "two-arteries", "fat"),
 )
-LATER = {"forces_n", "pinch_n", "clips_m", "n_clips", "clip_loaded", "scissors", "severed"}
+LATER = {"forces_n", "pinch_n", "clips_m", "n_clips", "clip_loaded", "right_tool", "severed"}
 OF_SENSES = {  # sensed exactly: still
     *("tube_radius_m", "rest_length_m", "rest_length_std_m"),
     *("third_tube", "std_m", "age_s", "hidden"),
@@ -119,8 +119,8 @@ def never_still(procedure):
     n_clips = procedure.steps[-1].observation.n_clips
     still = {name: ~np.ptp(part, axis=0).astype(bool) for name, part in fields(vectors).items()}
     assert not still.pop("clips_m")[: min(n_clips, MAX_CLIPS)].any()
-    for tube in ("left_tube_m", "right_tube_m"):
-        still[tube] = still[tube][1:]
+    there = len(procedure.steps[-1].observation.tubes)
+    still["tubes_m"] = still["tubes_m"][:there, 1:]
     for trunk in ("common_bile_duct_m", "hepatic_artery_m"):
         still[trunk] = still[trunk][1:-1]
     still = {name: part for name, part in still.items() if name not in OF_SENSES}

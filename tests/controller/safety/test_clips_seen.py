@@ -21,8 +21,8 @@ def of_length(length_m: float, *, std_m: float) -> Observation:
     seen = clipped(left=2)
     return replace(
         seen,
-        rest_length_m=np.array([length_m, seen.rest_length_m[1]]),
-        rest_length_std_m=np.full(2, std_m),
+        rest_length_m=np.array([length_m, *seen.rest_length_m[1:]]),
+        rest_length_std_m=np.full(3, std_m),
     )
 
 
