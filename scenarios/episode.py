@@ -39,7 +39,6 @@ from scenarios.loop.wall_time import ActTime, StageClock
 from scenarios.perturbation.effects import Effects
 from tissue_sim.constants import CONTROL_PERIOD_S
 from tissue_sim.outcome import nurse
-from tissue_sim.patient.anatomy import TUBES
 from tissue_sim.sensing.observation import Observation
 from tissue_sim.sensing.sense import Sense
 from tissue_sim.tools.arms import JointCommand
@@ -302,7 +301,7 @@ class Episode:
         too_long = self.tasks.results[task.index].time_s > self.config.task_cap_s
         if step.instruction.call or too_long or self._held_s > MOST_HELD_S:
             return True
-        severed: dict[str, bool] = dict(zip(TUBES, observation.severed, strict=True))
+        severed: dict[str, bool] = {t: observation.is_severed(t) for t in observation.tubes}
         ends = self.procedure.may_end_with(task, severed) and is_back(observation)
         self._back_since_s = min(self._back_since_s, step.time_s) if ends else math.inf
         return step.time_s - self._back_since_s >= STAYS_BACK_S - 1e-9

@@ -6,7 +6,7 @@ import numpy as np
 
 from planner.scene.duct_side import structure_seen
 from planner.scene.next_task import ON_TUBE_M, clips_needed_on, clips_on
-from tissue_sim.patient.anatomy import USUAL_TUBES, Tube
+from tissue_sim.patient.anatomy import Tube
 from tissue_sim.patient.at_risk import AT_RISK
 from tissue_sim.sensing.observation import MAX_CLIPS, N_POINTS, TUBE_POINTS, Observation
 from tissue_sim.sensing.polyline import nearest_on, nearest_to_jaws
@@ -25,7 +25,7 @@ def lacking_clips(observation: Observation) -> frozenset[str]:
     """
     bare = {
         structure_seen(tube, observation)
-        for tube in USUAL_TUBES
+        for tube in observation.tubes
         if clips_on(tube, observation) < clips_needed_on(tube, observation, stds=-SURE)
     }
     return frozenset({*bare, *AT_RISK})
@@ -42,7 +42,7 @@ def crowded_by_clips(observation: Observation, between: frozenset[str]) -> froze
     least_m = 0.5 * CLIP_WIDTH_M + CUFF_MIN_M if cuts else CLIP_WIDTH_M + CLIP_MIN_GAP_M
     return frozenset(
         name
-        for tube in USUAL_TUBES
+        for tube in observation.tubes
         if (name := structure_seen(tube, observation)) in between
         and _to_clip_m(tube, observation) < least_m
     )
