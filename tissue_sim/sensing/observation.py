@@ -24,7 +24,7 @@ from tissue_sim.tools.instruments import GRASPER, INSTRUMENTS, Instrument, right
 TUBE_POINTS = 8  # along each tube, from the fixed end up
 SAC_POINTS = 5  # along the infundibulum, from the neck up
 TRUNK_POINTS = 4  # along each structure at risk
-MAX_CLIPS = 8
+MAX_CLIPS = 12  # nine of a patient with a third tube, and some that were repeated
 LIKELY = 0.5  # a third tube is there from this probability on
 POINTS = {
     "tubes_m": len(TUBES) * TUBE_POINTS,
@@ -98,8 +98,8 @@ class Observation(Encoded):
         sac_m: (5, 3) axis of the infundibulum.
         common_bile_duct_m, hepatic_artery_m: (4, 3) points of the centrelines of the structures at
             risk.
-        clips_m: (8, 3) clips in order of closing, zeros beyond `n_clips`.
-        n_clips: Number of clips closed so far; the last eight have places.
+        clips_m: (`MAX_CLIPS`, 3) clips in order of closing, zeros beyond `n_clips`.
+        n_clips: Number of clips closed so far; the last `MAX_CLIPS` have places.
         severed: (3,) whether each tube is cut or torn through.
         tube_radius_m: (3,) outer radii of the tubes.
         rest_length_m: (3,) lengths of the tubes before any traction.
