@@ -102,6 +102,7 @@ def _bounds(state: dict[str, Any], tubes: Tubes, joint_ranges: Array) -> dict[st
         "arms/drive_targets": joints,
         "record/*/vertices": vertex,
         "record/*/force_world_n": Bound(shape=(3,)),
+        "record/*/sac_rings": Bound(low=0, high=len(tubes.organ.sac_rings) - 1),
         "record/*/links": Bound(low=0, high=LINK_CAPACITY - 1),
         "record/*/tube": Bound(names=names),
         "record/*/structure": Bound(names=(*names, "gallbladder")),
