@@ -88,7 +88,7 @@ class TissueArrays:
     ring_centre: wp.array3d(dtype=wp.vec3)
     ring_centre_above: wp.array3d(dtype=wp.vec3)
     tube_radius: wp.array2d(dtype=float)
-    neck: wp.array3d(dtype=int)  # outer vertices of the gallbladder's narrowest rings
+    neck: wp.array3d(dtype=int)  # vertices of the gallbladder's narrowest rings
     # the gallbladder's skin: triangles, oriented outward; those near the tubes now, with a ball
     # around each; and which rings of the tubes can touch it
     n_skin: wp.array(dtype=int)

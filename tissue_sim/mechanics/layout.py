@@ -32,7 +32,7 @@ from tissue_sim.patient.material import (
 from tissue_sim.patient.mesh_checks import require_indices, require_sound_elements
 from tissue_sim.patient.mesher import Indices
 from tissue_sim.patient.organ import REGIONS, Organ
-from tissue_sim.patient.walls import collagen, n_patches, n_sectors, patch_stiffness, wall_pieces
+from tissue_sim.patient.walls import collagen, n_patches, patch_stiffness, wall_pieces
 
 HOST = "cpu"  # the device of the arrays, on which numpy shares their memory
 SPARE_PARTS = 8  # a transection adds one
@@ -118,7 +118,7 @@ def _tube_values(organ: Organ) -> dict[str, NDArray]:
         "n_ring": n_joined,
         "n_colliding": np.array(len(organ.tubes)),
         "tube_radius": radius,
-        "neck": organ.sac_rings[:NECK_RINGS, 1 + n_sectors(organ) :],
+        "neck": organ.sac_rings[:NECK_RINGS],
     }
 
 
@@ -192,7 +192,7 @@ def _sizes(organs: Sequence[Organ]) -> dict[str, tuple[int, ...]]:
         "n_ring": (n_tube,), "n_colliding": (),
         "ring_centre": (n_tube, n_ring), "ring_centre_above": (n_tube, n_ring),
         "tube_radius": (n_tube,),
-        "neck": (NECK_RINGS, max(n_sectors(o) for o in organs)),
+        "neck": (NECK_RINGS, max(o.sac_rings.shape[1] for o in organs)),
         "n_skin": (), "skin": (n_skin,), "n_skin_near": (), "skin_near": (n_skin,),
         "skin_middle": (n_skin,), "skin_reach": (n_skin,), "ring_beside_sac": segments,
         "n_bar": (), "bar_reach": (), "bar_radius": (), "bar_count": (N_BARS,),

@@ -41,10 +41,10 @@ def link_origin(T_world_link: wp.mat44):
 @wp.func
 def n_sections(t: TissueArrays, b: int, tube: int):
     """Return the number of sections of a tube; those of the first tube end with the neck's."""
-    n = 2 * t.n_ring[b, tube]
+    n = t.n_ring[b, tube]
     if tube == 0:
-        return n + t.neck.shape[1]
-    return n
+        n = n + t.neck.shape[1]
+    return 2 * n
 
 
 @wp.func
@@ -63,7 +63,7 @@ def corner(t: TissueArrays, b: int, tube: int, section: int, k: int):
     """
     r = section / 2
     if r >= t.n_ring[b, tube]:
-        return t.neck[b, section - 2 * t.n_ring[b, tube], k]
+        return t.neck[b, r - t.n_ring[b, tube], k]
     if section % 2 == 0:
         return t.ring[b, tube, r, k]
     return t.ring_above[b, tube, r, k]
