@@ -62,6 +62,11 @@ class TissueArrays:
     link_stiffness: wp.array2d(dtype=float)
     link_strength: wp.array2d(dtype=float)
     link_slot: wp.array3d(dtype=int)
+    # strands that an instrument has caught: the shape, -1 for none; contact point and outward
+    # normal in the shape's link frame
+    strand_shape: wp.array2d(dtype=int)
+    strand_point: wp.array2d(dtype=wp.vec3)
+    strand_normal: wp.array2d(dtype=wp.vec3)
     # anchors: springs from a vertex to a point of the world (the liver bed's connective tissue)
     anchor: wp.array2d(dtype=int)
     anchor_point: wp.array2d(dtype=wp.vec3)
