@@ -13,7 +13,7 @@ import warp as wp
 
 from tissue_sim.mechanics.arrays import TissueArrays, ToolShapes
 from tissue_sim.mechanics.sides import link_origin, to_link_frame
-from tissue_sim.mechanics.touch import along_segment, box_of_arm
+from tissue_sim.mechanics.touch import REACH, Box, along_segment, box_of_arm
 
 wp.set_module_options({"enable_backward": False})
 
@@ -79,33 +79,39 @@ def bend(t: TissueArrays, s: ToolShapes, b: int, n: int, first: wp.vec3, second:
 
 
 @wp.func
-def meets(s: ToolShapes, b: int, arm: int, p: wp.vec3, q: wp.vec3):
-    """Return whether the box around a segment meets the box around an arm's tool."""
-    box = box_of_arm(s, b, arm)
+def meets(box: Box, p: wp.vec3, q: wp.vec3):
+    """Return whether the box around a segment meets a tool's box."""
     gap = wp.max(wp.min(p, q) - box.high, box.low - wp.max(p, q))
     return wp.max(gap) < 0.0
 
 
 @wp.func
-def catch_by(t: TissueArrays, s: ToolShapes, b: int, n: int, c: int, p: wp.vec3, q: wp.vec3):
-    """Let shape c catch the strand from p to q that it touches, or swept over in this step."""
+def offset_before(t: TissueArrays, s: ToolShapes, b: int, n: int, c: int):
+    """Return the offset of a strand from a shape as the step began, turned with the shape."""
     before = s.T_world_link_before[b, c]
     T = s.T_world_link[b, c]
-    p0 = wp.transform_point(T, to_link_frame(before, t.previous[b, t.link[b, n][0]]))
-    q0 = wp.transform_point(T, to_link_frame(before, t.previous[b, t.link[b, n][1]]))
+    p = wp.transform_point(T, to_link_frame(before, t.previous[b, t.link[b, n][0]]))
+    q = wp.transform_point(T, to_link_frame(before, t.previous[b, t.link[b, n][1]]))
+    x = p + (q - p) * nearest_share(s, b, c, p, q)
+    return x - nearest_on_patch(s, b, c, x)
+
+
+@wp.func
+def catch_by(t: TissueArrays, s: ToolShapes, b: int, n: int, c: int, p: wp.vec3, q: wp.vec3):
+    """Let shape c catch the strand from p to q that it touches, or swept over in this step."""
     share = nearest_share(s, b, c, p, q)
-    share0 = nearest_share(s, b, c, p0, q0)
     x = p + (q - p) * share
-    x0 = p0 + (q0 - p0) * share0
     y = nearest_on_patch(s, b, c, x)
     out = x - y
-    out0 = x0 - nearest_on_patch(s, b, c, x0)
-    swept = wp.dot(out, out0) < -0.5 * wp.length(out) * wp.length(out0)
-    if share > ROOT and share < 1.0 - ROOT and (swept or wp.length(out) < s.radius[b, c]):
-        normal = wp.normalize(wp.where(wp.length_sq(out0) > 0.0, out0, out))
-        t.strand_shape[b, n] = c
-        t.strand_point[b, n] = to_link_frame(T, y + normal * s.radius[b, c])
-        t.strand_normal[b, n] = to_link_frame(T, link_origin(T) + normal)
+    if wp.length(out) < REACH and share > ROOT and share < 1.0 - ROOT:
+        out0 = offset_before(t, s, b, n, c)
+        swept = wp.dot(out, out0) < -0.5 * wp.length(out) * wp.length(out0)
+        if swept or wp.length(out) < s.radius[b, c]:
+            T = s.T_world_link[b, c]
+            normal = wp.normalize(wp.where(wp.length_sq(out0) > 0.0, out0, out))
+            t.strand_shape[b, n] = c
+            t.strand_point[b, n] = to_link_frame(T, y + normal * s.radius[b, c])
+            t.strand_normal[b, n] = to_link_frame(T, link_origin(T) + normal)
 
 
 @wp.func
@@ -156,17 +162,20 @@ def add_bend(t: TissueArrays, s: ToolShapes, b: int, n: int, p: wp.vec3, q: wp.v
 @wp.func
 def add_strands(t: TissueArrays, s: ToolShapes, b: int):
     """Catch and release strands, and add the caught ones; `springs` adds the straight ones."""
+    left = box_of_arm(s, b, 0)
+    right = box_of_arm(s, b, 1)
     for n in range(t.link_stiffness.shape[1]):
         if is_strand(t, b, n):
             p = t.position[b, t.link[b, n][0]]
             q = t.position[b, t.link[b, n][1]]
             if t.strand_shape[b, n] >= 0:
                 follow(t, s, b, n, p, q)
-            for arm in range(2):
-                if t.strand_shape[b, n] < 0 and meets(s, b, arm, p, q):
-                    for k in range(4):
-                        if t.strand_shape[b, n] < 0:
-                            catch_by(t, s, b, n, 4 * arm + k, p, q)
+            near_left = meets(left, p, q)
+            near_right = meets(right, p, q)
+            for c in range(8):
+                near = wp.where(c < 4, near_left, near_right)
+                if near and t.strand_shape[b, n] < 0:
+                    catch_by(t, s, b, n, c, p, q)
             if t.strand_shape[b, n] >= 0:
                 add_bend(t, s, b, n, p, q)
 
