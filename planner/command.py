@@ -5,16 +5,16 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import dataclass
 from itertools import product
-from typing import Literal
+from typing import Literal, get_args
 
 from planner.correction import CORRECTIONS, Correction
 from planner.procedure.cholecystectomy import TASKS
 from planner.procedure.task import Task, Tube
 
 Word = Literal["stop", "pause", "resume", "repeat", "undo", "next step", "let go"]
-Structure = Literal["duct", "artery"]
+Structure = Literal["duct", "artery", "second artery"]
 Deed = Literal["clip", "cut"]
-STRUCTURES: tuple[Structure, ...] = ("duct", "artery")
+STRUCTURES: tuple[Structure, ...] = ("duct", "artery")  # named instead of left and right tube
 TUBES: tuple[Tube, ...] = ("left", "right")
 DEEDS: tuple[Deed, ...] = ("clip", "cut")
 WORDS: tuple[Word, ...] = ("stop", "pause", "resume", "repeat", "undo", "next step", "let go")
@@ -57,6 +57,8 @@ class Command:
 
 def tube_where(structure: Structure, duct: Tube) -> Tube:
     """Return the tube of a structure; `duct` is the duct's tube."""
+    if structure == "second artery":
+        return "third"
     return next(tube for tube in TUBES if (tube == duct) == (structure == "duct"))
 
 
@@ -72,7 +74,7 @@ def _deeds() -> Iterator[Command]:
     for deed in DEEDS:
         for structure in STRUCTURES:
             yield Command(text=f"{deed} {structure}", deed=deed, structure=structure)
-        for tube in TUBES:
+        for tube in get_args(Tube):
             yield Command(text=f"{deed} {tube} tube", deed=deed, tube=tube)
 
 
