@@ -5,17 +5,17 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import dataclass
 from itertools import product
-from typing import Literal, get_args
+from typing import Literal
 
 from planner.correction import CORRECTIONS, Correction
 from planner.procedure.cholecystectomy import TASKS
-from planner.procedure.task import Task, Tube
+from planner.procedure.task import Task
+from tissue_sim.patient.anatomy import TUBES, USUAL_TUBES, Tube
 
 Word = Literal["stop", "pause", "resume", "repeat", "undo", "next step", "let go"]
 Structure = Literal["duct", "artery", "second artery"]
 Deed = Literal["clip", "cut"]
 STRUCTURES: tuple[Structure, ...] = ("duct", "artery")  # named instead of left and right tube
-TUBES: tuple[Tube, ...] = ("left", "right")
 DEEDS: tuple[Deed, ...] = ("clip", "cut")
 WORDS: tuple[Word, ...] = ("stop", "pause", "resume", "repeat", "undo", "next step", "let go")
 
@@ -59,7 +59,7 @@ def tube_where(structure: Structure, duct: Tube) -> Tube:
     """Return the tube of a structure; `duct` is the duct's tube."""
     if structure == "second artery":
         return "third"
-    return next(tube for tube in TUBES if (tube == duct) == (structure == "duct"))
+    return next(tube for tube in USUAL_TUBES if (tube == duct) == (structure == "duct"))
 
 
 def _of_structures() -> Iterator[Command]:
@@ -74,7 +74,7 @@ def _deeds() -> Iterator[Command]:
     for deed in DEEDS:
         for structure in STRUCTURES:
             yield Command(text=f"{deed} {structure}", deed=deed, structure=structure)
-        for tube in get_args(Tube):
+        for tube in TUBES:
             yield Command(text=f"{deed} {tube} tube", deed=deed, tube=tube)
 
 

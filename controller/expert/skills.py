@@ -23,7 +23,7 @@ from controller.expert.targets import (
     spread_direction,
     taut,
 )
-from planner.procedure.outcomes import structure_of
+from planner.procedure.outcomes import has_tube, structure_of
 from planner.procedure.task import Task
 from planner.procedure.task_kind import entry_of
 from tissue_sim.frames import Array, inverse_pose, transform
@@ -92,7 +92,7 @@ def skill(task: Task, world: World, attempt: int = 0) -> tuple[Phase, ...]:
     """
     if lacks_clip(task, world):
         return retract(task, world, attempt)
-    if task.tube and not structure_of(task, world):
+    if not has_tube(task, world.anatomy):
         return (stay(RIGHT_ARM),)
     phases = entry_of(task.kind, SKILLS, "SKILLS")(task, world, attempt)
     if not phases:

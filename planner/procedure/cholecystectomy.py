@@ -9,7 +9,8 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 from planner.procedure.procedure import Procedure
-from planner.procedure.task import Task, Tube
+from planner.procedure.task import Task
+from tissue_sim.patient.anatomy import Tube
 from tissue_sim.tools.instruments import CLIP_APPLIER, SCISSORS
 
 
@@ -35,6 +36,11 @@ TASKS: tuple[Task, ...] = (
 
 CHOLECYSTECTOMY = Procedure(name="cholecystectomy", tasks=TASKS)
 """The procedure of SRT-H, with the third tube, which the learned policies and the language know."""
+
+
+def duct_first(duct: Tube) -> tuple[Task, ...]:
+    """Return the tasks in the order for an artery that crosses the duct: the duct's tube first."""
+    return tuple(sorted(TASKS, key=lambda task: (task.is_optional, task.tube not in (None, duct))))
 
 
 def task_from_text(text: str) -> Task:

@@ -107,7 +107,7 @@ def is_needed(task: Task, world: World) -> bool:
     in the patient, and the third, on the gallbladder's side of the cut.
     """
     tube = structure_of(task, world)
-    if task.tube and not tube:
+    if not has_tube(task, world.anatomy):
         return False
     if task.clip in (None, USUAL_CLIPS):
         return True
@@ -115,6 +115,12 @@ def is_needed(task: Task, world: World) -> bool:
 
 
 def structure_of(task: Task, world: World) -> str:
-    """Return the structure of the task's tube ("duct"); "" for no tube, or one that is not there."""
-    name = world.anatomy.structure(task.tube) if task.tube else ""
-    return name if name in world.organ.tubes else ""
+    """Return the structure of the task's tube; "" for no tube, or a tube that is not there."""
+    if task.tube is None or not has_tube(task, world.anatomy):
+        return ""
+    return world.anatomy.structure(task.tube)
+
+
+def has_tube(task: Task, anatomy: Anatomy) -> bool:
+    """Return whether a patient has the task's tube; true for a task on no tube."""
+    return task.tube is None or task.tube in anatomy.tubes

@@ -3,14 +3,13 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Literal, get_args
 
 from planner.procedure.task_kind import KINDS, Deed, TaskKind, entry_of
 from tissue_sim.outcome.clip_rule import USUAL_CLIPS
+from tissue_sim.patient.anatomy import TUBES, USUAL_TUBES, Tube
 from tissue_sim.tools.instruments import INSTRUMENTS, right_tools
 
-Tube = Literal["left", "right", "third"]
-OPTIONAL_TUBES: tuple[Tube, ...] = ("third",)  # in part of the patients only
+OPTIONAL_TUBES: tuple[Tube, ...] = TUBES[len(USUAL_TUBES) :]  # in part of the patients only
 CLIP_NUMBERS = tuple(range(1, USUAL_CLIPS + 1))  # on a tube
 
 
@@ -46,8 +45,8 @@ class Task:
             return f"unknown kind {self.kind!r}; allowed: {', '.join(KINDS)}"
         if self.right_tool not in tools:
             return f"no {self.right_tool!r} for the right arm; allowed: {', '.join(tools)}"
-        if self.tube not in (None, *get_args(Tube)):
-            return f"unknown tube {self.tube!r}; allowed: {', '.join(get_args(Tube))}, None"
+        if self.tube not in (None, *TUBES):
+            return f"unknown tube {self.tube!r}; allowed: {', '.join(TUBES)}, None"
         if self.is_deed and (self.tube is None or tools[self.right_tool] != self.deed):
             able = ", ".join(name for name, deed in tools.items() if deed == self.deed)
             return f"to {self.deed}, it needs a tube, and one of these tools: {able}"

@@ -15,6 +15,7 @@ import numpy as np
 from planner.procedure.cholecystectomy import GRAB, TASKS
 from planner.procedure.task import Task
 from scenarios.catalogue import SCENARIOS
+from tissue_sim.patient.anatomy import USUAL_TUBES
 from tissue_sim.patient.variants import patient_of
 
 TRAINING_SEEDS = range(10_000)
@@ -150,7 +151,7 @@ def shuffled_order(rng: np.random.Generator) -> tuple[Task, ...]:
 
     Both tubes end with the last task of the usual order. A third tube follows, as usual.
     """
-    left, right = ([task for task in TASKS if task.tube == tube] for tube in ("left", "right"))
+    left, right = ([task for task in TASKS if task.tube == tube] for tube in USUAL_TUBES)
     order = [GRAB]
     while left or right:
         of_tube = left if not right or (left and rng.random() < 0.5) else right

@@ -158,10 +158,8 @@ def procedure_flags(field: Field) -> dict[str, bool]:
     The third tube's parts belong only to a patient with a second artery.
     """
     flags = {"gallbladder grasped": gallbladder_grasped(field)}
-    for side in ("left", "right", "third"):
+    for side in field.anatomy.tubes:
         tube = field.anatomy.structure(side)
-        if tube not in field.organ.tubes:
-            continue
         for k in range(1, USUAL_CLIPS + 1):
             flags[f"{side} clip {k}"] = clip_placed(field, tube, k)
         flags[f"{side} cut"] = tube_cut(field, tube)

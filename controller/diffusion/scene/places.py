@@ -28,7 +28,8 @@ from tissue_sim.sensing.tissue_features import (
     NEAR_SCALE_M,
     clips_along,
     closed_clips,
-    duct_is_left,
+    is_duct,
+    tubes_there,
 )
 from tissue_sim.tools.arms import RIGHT_ARM
 
@@ -59,52 +60,49 @@ class Places(NamedTuple):
     spare_m: Tensor
 
 
-def places_on(now: dict[str, Tensor]) -> tuple[Places, Places]:
-    """Return the places on the left and on the right tube.
+def places_on(now: dict[str, Tensor]) -> tuple[Places, ...]:
+    """Return the places on each of `TUBES`; without a third tube its places mean nothing.
 
     Args:
         now: Parts of `Observation.vector()`, batched (B, ...).
     """
     closed = closed_clips(now)
-    left, lengths_m = duct_is_left(now)[:, None], now["rest_length_m"].clamp(min=1e-6)
-    left_m, right_m = lengths_m.split(1, dim=1)
-    return (
-        _places(now["left_tube_m"], left_m, left, now["clips_m"], closed),
-        _places(now["right_tube_m"], right_m, ~left, now["clips_m"], closed),
-    )
+    lengths_m = now["rest_length_m"].clamp(min=1e-6).split(1, dim=1)
+    tubes = zip(now["tubes_m"].unbind(dim=1), lengths_m, is_duct(now).split(1, dim=1), strict=True)
+    return tuple(_places(*tube, now["clips_m"], closed) for tube in tubes)
 
 
 def _places(
-    tube_m: Tensor, length_m: Tensor, is_duct: Tensor, clips_m: Tensor, closed: Tensor
+    tube_m: Tensor, length_m: Tensor, duct: Tensor, clips_m: Tensor, closed: Tensor
 ) -> Places:
     seen = clips_along(tube_m, length_m, clips_m, closed)
     stations = torch.where(
-        is_duct,
+        duct,
         _stations("duct", length_m, seen.stations_m, seen.there),
         _stations("artery", length_m, seen.stations_m, seen.there),
     )
     points_m, along = _points(tube_m, stations / length_m)
-    return Places(points_m, along, _spare_m(is_duct, length_m))
+    return Places(points_m, along, _spare_m(duct, length_m))
 
 
-def place_features(now: dict[str, Tensor], places: tuple[Places, Places]) -> list[Tensor]:
+def place_features(now: dict[str, Tensor], places: tuple[Places, ...]) -> list[Tensor]:
     """Return the places of clips and cut, from the right tip, coarse and fine, and spare lengths.
 
     Args:
         now: Parts of `Observation.vector()`, batched (B, ...).
-        places: Places on both tubes.
+        places: Places on each of `TUBES`.
 
     Returns:
-        Features (B, ...) of both tubes.
+        Features (B, ...) of all tubes; zeros without a third tube.
     """
     tip = now["tips_endoscope"][:, RIGHT_ARM]
     features = []
-    for on_tube in places:
-        off = on_tube.points_m - tip[:, None, :, 3]
+    for on_tube, there in zip(places, tubes_there(now).split(1, dim=1), strict=True):
+        off = there[..., None] * (on_tube.points_m - tip[:, None, :, 3])
         off_tool = torch.einsum("bji,bnj->bni", tip[..., :3], off)
         features += [
             off_tool / FAR_SCALE_M, torch.tanh(off_tool / NEAR_SCALE_M),
-            torch.tanh(off_tool / FINE_M), torch.tanh(on_tube.spare_m / SPARE_M),
+            torch.tanh(off_tool / FINE_M), there * torch.tanh(on_tube.spare_m / SPARE_M),
         ]  # fmt: skip
     return features
 
@@ -150,13 +148,13 @@ def _cut(n: int, planned: tuple[Tensor, ...], clips_m: Tensor, there: Tensor) ->
     return torch.where(there[:, n - 1, None] > 0, middle_m, planned_m)
 
 
-def _spare_m(is_duct: Tensor, length_m: Tensor) -> Tensor:
+def _spare_m(duct: Tensor, length_m: Tensor) -> Tensor:
     """Return (B, 2) the excess of a tube's length over the need of each number of clips."""
     kinds = [
         torch.cat([length_m - needed_m(kind, n) for n in NUMBERS], dim=1)
         for kind in ("duct", "artery")
     ]
-    return torch.where(is_duct, *kinds)
+    return torch.where(duct, *kinds)
 
 
 def _points(tube_m: Tensor, share: Tensor) -> tuple[Tensor, Tensor]:
