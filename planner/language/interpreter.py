@@ -31,7 +31,12 @@ from planner.language.rules.questions import (
     question_in,
     thing_in,
 )
-from planner.language.rules.references import applier_in, way_back, with_plain_ordinals, without_side
+from planner.language.rules.references import (
+    applier_in,
+    way_back,
+    with_plain_ordinals,
+    without_side,
+)
 from planner.language.rules.resuming import resumes
 from planner.language.rules.sizes import (
     Sized,

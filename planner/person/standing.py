@@ -38,8 +38,9 @@ class Standing:
             return ""
         lifted = {one for one in self.forbidden - left if allowed.covers(one)} or {allowed}
         self.forbidden = left
-        still = f" Still forbidden: {', '.join(_listed(left))}." if left else ""
-        return f"Allowed again: {', '.join(_listed(lifted))}.{still}"
+        rest = ", ".join(_listed(left, observation))
+        still = f" Still forbidden: {rest}." if rest else ""
+        return f"Allowed again: {', '.join(_listed(lifted, observation))}.{still}"
 
     def covered_by(self, said: Prohibition, observation: Observation) -> bool:
         """Return whether an allowance would lift any ban."""
@@ -49,6 +50,10 @@ class Standing:
     def forbids(self, act: Prohibition) -> bool:
         """Return whether an act is forbidden."""
         return any(one.covers(act) for one in self.forbidden)
+
+    def listed(self, observation: Observation) -> tuple[str, ...]:
+        """Return the forbidden acts in words."""
+        return _listed(self.forbidden, observation)
 
     def forbidden_in(self, task: Task, observation: Observation) -> Prohibition | None:
         """Return the act of a task if it is forbidden."""
@@ -67,7 +72,7 @@ class Standing:
         if act is not None:
             why = f"You forbade: {act.in_words}."
             asked = replace(asked, correction=None, hold=True, remark=why)
-        return replace(asked, forbidden=_listed(self.forbidden), speed=self.speed)
+        return replace(asked, forbidden=self.listed(observation), speed=self.speed)
 
     def set_speed(self, said: str) -> None:
         """Take in "slower", "half", "normal" or "faster"."""
@@ -75,5 +80,7 @@ class Standing:
         self.speed = min(max(factor, SLOWEST), FASTEST)
 
 
-def _listed(acts: Iterable[Prohibition]) -> tuple[str, ...]:
-    return tuple(sorted(one.in_words for one in acts))
+def _listed(acts: Iterable[Prohibition], observation: Observation) -> tuple[str, ...]:
+    """Return acts in words, without those on a tube that is not there, or not seen yet."""
+    there = [one for one in acts if one.is_possible(observation)]
+    return tuple(sorted(one.in_words for one in there))
