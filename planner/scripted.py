@@ -9,7 +9,7 @@ from planner.base import MOST_TRIES, PATIENCE_S, failed_too_often
 from planner.instruction import Instruction
 from planner.policy_setup import PolicySetup, privileged
 from planner.procedure.cholecystectomy import CHOLECYSTECTOMY, duct_first
-from planner.procedure.outcomes import is_needed, task_over, why_call
+from planner.procedure.outcomes import has_tube, is_needed, task_over, why_call
 from planner.procedure.procedure import Procedure
 from planner.procedure.task import Task
 from tissue_sim.outcome.predicates import gallbladder_held, right_arm_back, untouched
@@ -51,9 +51,9 @@ class PlannerScripted:
         self.reset()
 
     def reset(self) -> None:
-        """Start at the first task that this patient needs."""
+        """Start at the first task; tasks of tubes that are not there are left out."""
         order = self._given_order or self._usual_order()
-        self._order = [task for task in order if is_needed(task, self._world)]
+        self._order = [task for task in order if has_tube(task, self._world.anatomy)]
         self._index = self._furthest = 0
         self._since_s, self._tries = 0.0, 1
         self._backing_off = False
@@ -91,7 +91,7 @@ class PlannerScripted:
         return why_call(self._procedure, self._world.anatomy)
 
     def _next_to_do(self) -> int:
-        """Return the next task; tasks that were given, and are still done, are skipped."""
+        """Return the next task; tasks left out, or given and still done, are skipped."""
         at = self._index + 1
         while at < len(self._order) and self._is_skipped(at):
             at += 1
@@ -99,8 +99,10 @@ class PlannerScripted:
         return min(at, len(self._order) - 1)
 
     def _is_skipped(self, at: int) -> bool:
+        task = self._order[at]
         given_before = at < self._furthest
-        return given_before and task_over(self._order[at], self._world)
+        over = given_before and task_over(task, self._world)
+        return over or not is_needed(task, self._world)
 
     def _slipped(self) -> bool:
         """Return whether the grasper lost the gallbladder; after a cut it is not grasped again."""

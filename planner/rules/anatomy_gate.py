@@ -8,6 +8,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 from planner.scene.duct_side import structure_seen
+from planner.scene.next_task import applier_on
 from tissue_sim.outcome.clip_rule import FEWEST_CLIPS, needed_m
 from tissue_sim.sensing.observation import Observation
 
@@ -43,10 +44,10 @@ class AnatomyGate:
     def _reasons(self, observation: Observation, *, due: bool) -> Iterator[str]:
         for side in observation.tubes:
             tube, length_m = structure_seen(side, observation), observation.length_m(side)
-            needs_m, std_m = needed_m(tube, FEWEST_CLIPS), observation.length_std_m(side)
+            needs_m = needed_m(tube, applier_on(side, observation), FEWEST_CLIPS)
             if observation.is_severed(side):
                 continue
-            if needs_m - length_m > (DUE if due else SURE) * std_m:
+            if needs_m - length_m > (DUE if due else SURE) * observation.length_std_m(side):
                 yield (
                     f"The {tube} looks {1e3 * length_m:.1f} mm long: a clip on either side of"
                     f" a cut needs {1e3 * needs_m:.1f} mm."

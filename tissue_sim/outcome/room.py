@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from tissue_sim.outcome.clip_rule import FEWEST_CLIPS, needed_m
 from tissue_sim.patient.anatomy import Anatomy
+from tissue_sim.tools.instruments import applier_for
 
 
 def why_call(anatomy: Anatomy) -> str | None:
@@ -16,11 +17,18 @@ def why_call(anatomy: Anatomy) -> str | None:
     The result is None if the procedure can be done. Then each tube has room for a clip on either
     side of a cut. An artery that crosses the duct is clipped after the duct, in the usual order.
     """
-    arteries_m = {name: artery.length_m for name, artery in anatomy.arteries.items()}
-    reasons = [
+    sizes_m = {"duct": (anatomy.duct_length_m, anatomy.duct_diameter_m)}
+    sizes_m |= {name: (a.length_m, a.diameter_m) for name, a in anatomy.arteries.items()}
+    reasons = (_too_short(tube, *size_m) for tube, size_m in sizes_m.items())
+    return " ".join(filter(None, reasons)) or None
+
+
+def _too_short(tube: str, length_m: float, diameter_m: float) -> str:
+    """Return in words that a tube has no room for the clips of its width; "" if it has."""
+    needs_m = needed_m(tube, applier_for(diameter_m), FEWEST_CLIPS)
+    if length_m >= needs_m:
+        return ""
+    return (
         f"The {tube} is {1e3 * length_m:.1f} mm long: a clip on either side of a cut needs"
-        f" {1e3 * needed_m(tube, FEWEST_CLIPS):.1f} mm."
-        for tube, length_m in {"duct": anatomy.duct_length_m, **arteries_m}.items()
-        if length_m < needed_m(tube, FEWEST_CLIPS)
-    ]
-    return " ".join(reasons) or None
+        f" {1e3 * needs_m:.1f} mm."
+    )
