@@ -21,6 +21,7 @@ from tissue_sim.sensing.observation import MAX_CLIPS, N_LINE, Observation
 from tissue_sim.sensing.polyline import nearest_on, place_on
 from tissue_sim.thresholds import HELD_PINCH_N
 from tissue_sim.tools.arms import LEFT_ARM, RIGHT_ARM
+from tissue_sim.tools.instruments import INSTRUMENTS
 
 SURELY = 0.99  # a higher probability is reported as more than this: no model is that good
 AT_RISK: tuple[Thing, ...] = ("common bile duct", "hepatic artery")
@@ -111,13 +112,27 @@ def held(asked: Asked) -> str:
 def which(asked: Asked) -> str:
     """Return in words the duct's tube, the confidence, and the tube at which the robot works.
 
-    A question that names the third tube gets the answer whether there is one.
+    A question that names the third tube gets the answer whether there is one, and a question that
+    names a tool or a clip which tool is mounted.
     """
     if asked.tube == "third":
         return _third(asked.observation)
+    if asked.about in ("left tool", "right tool", "clip"):
+        return _tool(LEFT_ARM if asked.about == "left tool" else RIGHT_ARM, asked.observation)
     works = asked.instruction.task.tube
     at_hand = f" I work on the {structure_seen(works, asked.observation)} now." if works else ""
     return f"{_side(asked.observation)}{at_hand}"
+
+
+def _tool(arm: int, observation: Observation) -> str:
+    """Return in words the tool of an arm, and its clip."""
+    tool = INSTRUMENTS[observation.tools[arm]]
+    side = "left" if arm == LEFT_ARM else "right"
+    if tool.clip is None:
+        return f"The {side} arm holds the {tool.in_words}."
+    how = "with" if observation.clip_loaded else "without"
+    loaded = f"{how} a {tool.clip.name} clip" + ("" if observation.clip_loaded else " in it")
+    return f"The {side} arm holds the {tool.in_words}, {loaded}."
 
 
 def _third(observation: Observation) -> str:

@@ -1,4 +1,4 @@
-"""Keep a person's words that stand until other words: prohibitions, and the arms' speed."""
+"""Keep a person's words that stand until other words: prohibitions, appliers, and the speed."""
 
 from __future__ import annotations
 
@@ -8,6 +8,7 @@ from dataclasses import replace
 from planner.instruction import Instruction
 from planner.person.prohibition import Prohibition, act_of
 from planner.procedure.task import Task
+from tissue_sim.patient.anatomy import Tube
 from tissue_sim.sensing.observation import Observation
 
 SPEEDS = {"slower": 0.5, "half": 0.5, "normal": 1.0, "faster": 2.0}
@@ -15,16 +16,18 @@ SLOWEST, FASTEST = 0.125, 1.0  # shares of the usual speed, which is that of the
 
 
 class Standing:
-    """Keeps forbidden acts until they are allowed, and the speed until another is requested.
+    """Keeps forbidden acts until they are allowed, and wishes until other ones are told.
 
     Attributes:
         forbidden: Forbidden acts, with tubes as structures.
         speed: Share of the usual speed.
+        appliers: Name of the clip applier that a person chose for a tube.
     """
 
     def __init__(self) -> None:
         self.forbidden: set[Prohibition] = set()
         self.speed = 1.0
+        self.appliers: dict[Tube, str] = {}
 
     def forbid(self, acts: Iterable[Prohibition], observation: Observation) -> None:
         """Forbid acts until they are allowed."""
@@ -72,7 +75,10 @@ class Standing:
         if act is not None:
             why = f"You forbade: {act.in_words}."
             asked = replace(asked, correction=None, hold=True, remark=why)
-        return replace(asked, forbidden=self.listed(observation), speed=self.speed)
+        task = asked.task
+        tool = self.appliers.get(task.tube, "") if task.tube and task.places_clip else ""
+        forbidden = self.listed(observation)
+        return replace(asked, tool=tool, forbidden=forbidden, speed=self.speed)
 
     def set_speed(self, said: str) -> None:
         """Take in "slower", "half", "normal" or "faster"."""
