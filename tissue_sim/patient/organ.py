@@ -60,7 +60,8 @@ class Organ:
         tets: (n_tet, 4) corners of the elements.
         region: (n_tet,), index into `REGIONS`.
         fixed: (n_vertex,), whether the body holds a vertex. The body holds the ends of the
-            structures at risk, and of tubes that branch off none.
+            structures at risk, and of tubes that branch off none. The assistant's grasper, which
+            moves with the body, holds the last ring of the sac: the fundus.
         rings: Tube name -> (n_ring, 1 + 2 sectors): centre, inner, outer. The rings of a cystic
             tube run from its far end up to the sac.
         neck_ring: Tube name -> index of the ring at the sac's wall, or of a trunk's last ring.
@@ -258,7 +259,7 @@ def _join(
         vertices=vertices,
         tets=tets,
         region=region,
-        fixed=_fixed(len(vertices), rings),
+        fixed=_fixed(len(vertices), rings, sac.rings),
         rings=rings,
         neck_ring=neck_ring,
         sac_rings=sac.rings,
@@ -277,9 +278,10 @@ def _join(
     )
 
 
-def _fixed(n_vertex: int, rings: dict[str, Indices]) -> NDArray[np.bool_]:
-    """Return whether the body holds each vertex: the ends where a tube leaves the field."""
+def _fixed(n_vertex: int, rings: dict[str, Indices], sac_rings: Indices) -> NDArray[np.bool_]:
+    """Return whether the body holds each vertex: the ends where a tube leaves, and the fundus."""
     fixed = np.zeros(n_vertex, bool)
+    fixed[sac_rings[-1]] = True
     for name, ring in rings.items():
         if name in AT_RISK:
             fixed[ring[[0, -1]]] = True

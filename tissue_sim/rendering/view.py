@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 
 from tissue_sim.field import Field
 from tissue_sim.frames import Array
+from tissue_sim.rendering.drawn_assistant import DrawnAssistant
 from tissue_sim.rendering.drawn_clips import DrawnClips
 from tissue_sim.rendering.drawn_leaks import DrawnLeaks
 from tissue_sim.rendering.drawn_strands import DrawnStrands
@@ -37,7 +38,15 @@ from tissue_sim.sensing.cameras import (
 from tissue_sim.tools.drives import physics_system
 
 # what cameras show; `update` draws an object in the field's current state
-VISUALS = (DrawnSurroundings, DrawnTissue, DrawnStrands, DrawnClips, DrawnLeaks, Illumination)
+VISUALS = (
+    DrawnSurroundings,
+    DrawnAssistant,
+    DrawnTissue,
+    DrawnStrands,
+    DrawnClips,
+    DrawnLeaks,
+    Illumination,
+)
 
 
 def renderable_scene() -> sapien.Scene:
