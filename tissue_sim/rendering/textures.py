@@ -73,6 +73,12 @@ def material(look: Look) -> sapien.render.RenderMaterial:
     return made
 
 
+def mixed(first: Colour, second: Colour, share: float) -> Colour:
+    """Mix two colours; `share` is the second's."""
+    red, green, blue = ((1.0 - share) * a + share * b for a, b in zip(first, second, strict=True))
+    return red, green, blue
+
+
 @cache
 def noise(low: int, high: int, seed: int, size: int = SIZE) -> Array:
     """Draw seamless noise (size, size) of unit spread, with wavelengths 1/low to 1/high tile."""

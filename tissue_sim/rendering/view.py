@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 from tissue_sim.field import Field
 from tissue_sim.frames import Array
 from tissue_sim.rendering.drawn_assistant import DrawnAssistant
+from tissue_sim.rendering.drawn_bed import DrawnBed
 from tissue_sim.rendering.drawn_clips import DrawnClips
 from tissue_sim.rendering.drawn_leaks import DrawnLeaks
 from tissue_sim.rendering.drawn_strands import DrawnStrands
@@ -41,6 +42,7 @@ from tissue_sim.tools.drives import physics_system
 VISUALS = (
     DrawnSurroundings,
     DrawnAssistant,
+    DrawnBed,
     DrawnTissue,
     DrawnStrands,
     DrawnClips,

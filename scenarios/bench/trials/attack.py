@@ -71,12 +71,13 @@ class AttackTargets:
 
 def aims(rigid: RigidSurroundings, around: Surroundings) -> dict[str, Array]:
     """Return points (n, 3) of each keep-out, and of the tubes."""
-    round_ones = around.capsules
+    round_ones, (tip_m, port_m) = around.capsules, rigid.assistant_m
+    near_half = np.linspace(tip_m, 0.5 * (tip_m + port_m), 6)
     tubes = [name for name in round_ones.names if name not in (GALLBLADDER, *AT_RISK)]
     return {
         LIVER: rigid.liver.points_m + around.moved_m[LIVER],
         PORT_WALL: rigid.port_wall.points_m,
-        ASSISTANT: np.linspace(*rigid.assistant_m, 12)[:6] + around.moved_m[LIVER],
+        ASSISTANT: near_half + around.moved_m[LIVER],
         **{name: round_ones.start_m[round_ones.of(name)] for name in AT_RISK},
         "tubes": np.concatenate([round_ones.start_m[round_ones.of(name)] for name in tubes]),
     }
