@@ -18,6 +18,7 @@ from tissue_sim.rendering.drawn_assistant import DrawnAssistant
 from tissue_sim.rendering.drawn_bed import DrawnBed
 from tissue_sim.rendering.drawn_clips import DrawnClips
 from tissue_sim.rendering.drawn_leaks import DrawnLeaks
+from tissue_sim.rendering.drawn_ligament import DrawnLigament
 from tissue_sim.rendering.drawn_strands import DrawnStrands
 from tissue_sim.rendering.drawn_surroundings import DrawnSurroundings
 from tissue_sim.rendering.drawn_tissue import DrawnTissue
@@ -43,6 +44,7 @@ VISUALS = (
     DrawnSurroundings,
     DrawnAssistant,
     DrawnBed,
+    DrawnLigament,
     DrawnTissue,
     DrawnStrands,
     DrawnClips,
