@@ -25,7 +25,7 @@ from dataclasses import dataclass
 from tissue_sim.patient.distributions import LogNormal, Mixture, Normal
 
 MM = 1e-3
-SHORTEST_M, LONGEST_M = 4 * MM, 55 * MM  # tubes that are drawn; see docs/physics.md, "Patients"
+SHORTEST_M, LONGEST_M = 3 * MM, 55 * MM  # tubes that are drawn; see docs/physics.md, "Patients"
 WIDEST_M = 6 * MM  # a clip of 9.5 mm spans no wider duct: flat, that is half its girth
 
 
@@ -94,7 +94,7 @@ DUCT_LENGTHS: tuple[Study, ...] = (
     Study(
         name="Marniok 1999", measured="specimens", n=80, mean=27.4 * MM, sd=11.0 * MM,
         reference=MARNIOK, assumed=("others",),
-        law=LogNormal(centre=27.155 * MM, spread=0.49537, low=SHORTEST_M, high=LONGEST_M),
+        law=LogNormal(centre=27.155 * MM, spread=0.49526, low=SHORTEST_M, high=LONGEST_M),
     ),
     Study(
         name="Sherifi 2018", measured="MRCP of patients", n=63, mean=27.3 * MM, sd=9.4 * MM,
@@ -109,7 +109,7 @@ DUCT_LENGTHS: tuple[Study, ...] = (
     Study(
         name="Rajguru 2018", measured="specimens", n=100, mean=25.0 * MM, sd=12.0 * MM,
         low=2 * MM, high=62 * MM, reference=RAJGURU, assumed=("mean", "range"),
-        law=Normal(centre=21.914 * MM, spread=15.875 * MM, low=SHORTEST_M, high=LONGEST_M),
+        law=Normal(centre=22.851 * MM, spread=15.087 * MM, low=SHORTEST_M, high=LONGEST_M),
     ),
 )  # fmt: skip
 
@@ -122,12 +122,12 @@ ARTERY_LENGTHS: tuple[Study, ...] = (
     Study(
         name="Dandekar 2016", measured="cadavers", n=82, mean=16.9 * MM, sd=10.9 * MM,
         low=2 * MM, high=55 * MM, reference=DANDEKAR, assumed=("range",),
-        law=LogNormal(centre=13.401 * MM, spread=0.79134, low=SHORTEST_M, high=LONGEST_M),
+        law=LogNormal(centre=14.147 * MM, spread=0.74643, low=SHORTEST_M, high=LONGEST_M),
     ),
     Study(
         name="Tejaswi 2013", measured="specimens", n=100, mean=17.6 * MM, sd=7.6 * MM,
         low=3.7 * MM, high=42 * MM, reference=TEJASWI, assumed=("range",),
-        law=LogNormal(centre=16.421 * MM, spread=0.47014, low=SHORTEST_M, high=42 * MM),
+        law=LogNormal(centre=16.431 * MM, spread=0.46946, low=3.7 * MM, high=42 * MM),
     ),
 )  # fmt: skip
 
