@@ -24,7 +24,9 @@ from planner.procedure.task import Task
 from planner.scene.in_words import scene_in_words
 from tissue_sim.outcome.clip_rule import needed_m
 from tissue_sim.sensing.observation import Observation
+from tissue_sim.tools.instruments import appliers
 
+SMALL, LARGE = appliers()
 ATTEMPTS = 3  # at an answer that can be followed
 REMEMBERED = 8  # past instructions that are repeated in each question
 NONE = "none"
@@ -51,8 +53,9 @@ when the task needs another and the arm is back.
 The tasks in their order, the left tube first:
 {chr(10).join(f"{task.index}. {task.text}" for task in TASKS)}
 
-A tube below {1e3 * needed_m("duct"):.0f} mm (the duct) or {1e3 * needed_m("artery"):.0f} mm (the \
-artery) has no room for three clips: leave its second clip out.
+A tube of up to 4 mm across takes small clips. Below {1e3 * needed_m("duct", SMALL):.0f} mm (the \
+duct) or {1e3 * needed_m("artery", SMALL):.0f} mm (the artery) it has no room for three: leave its \
+second clip out. A wider tube takes large clips, three from {1e3 * needed_m("duct", LARGE):.0f} mm.
 
 Task 1 is done when the grasper has held the gallbladder for a second and both tubes are pulled \
 straight. A clip is done when it is seen on its tube; going back, when the right tip is at least \

@@ -7,13 +7,12 @@ import numpy as np
 from planner.command import TUBES
 from planner.procedure.task import Tube
 from planner.scene.duct_side import structure_seen
-from planner.scene.next_task import ON_TUBE_M, clips_needed_on, clips_on
+from planner.scene.next_task import ON_TUBE_M, clip_kinds, clips_needed_on, clips_on
 from tissue_sim.patient.at_risk import AT_RISK
 from tissue_sim.sensing.observation import MAX_CLIPS, N_POINTS, TUBE_POINTS, Observation
 from tissue_sim.sensing.polyline import nearest_on, nearest_to_jaws
 from tissue_sim.thresholds import CLIP_MIN_GAP_M, CUFF_MIN_M
 from tissue_sim.tools.arms import RIGHT_ARM
-from tissue_sim.tools.instruments import CLIP_WIDTH_M
 
 SURE = 2.0  # standard deviations of a tube's length; assumed
 UNSURE = 0.5  # standard deviations by which a clip may lie farther away; assumed
@@ -37,10 +36,10 @@ def crowded_by_clips(observation: Observation, between: frozenset[str]) -> froze
 
     A clip must be `CLIP_MIN_GAP_M` from the next clip; a cut leaves `CUFF_MIN_M` beside a clip.
     """
-    cuts = observation.right_instrument.deed == "cut"
-    if not (cuts or observation.clip_loaded):
+    tool = observation.right_instrument
+    if not (tool.deed == "cut" or observation.clip_loaded):
         return frozenset()
-    least_m = 0.5 * CLIP_WIDTH_M + CUFF_MIN_M if cuts else CLIP_WIDTH_M + CLIP_MIN_GAP_M
+    least_m = 0.5 * tool.clip.width_m + CLIP_MIN_GAP_M if tool.clip else CUFF_MIN_M
     return frozenset(
         name
         for tube in TUBES
@@ -50,7 +49,10 @@ def crowded_by_clips(observation: Observation, between: frozenset[str]) -> froze
 
 
 def _to_clip_m(tube: Tube, observation: Observation) -> float:
-    """Return the possible distance of the right jaws' plane to the next clip, tube at rest, m."""
+    """Return the possible distance of the right jaws' plane to the next clip's edge, m.
+
+    The distance is along the tube at rest.
+    """
     row = TUBES.index(tube)
     line = observation.tube_m(tube)
     reach_m, _ = observation.right_instrument.mouth_m
@@ -58,10 +60,11 @@ def _to_clip_m(tube: Tube, observation: Observation) -> float:
     clips_m = observation.clips_m[: min(observation.n_clips, MAX_CLIPS)]
     places = [nearest_on(line, clip_m) for clip_m in clips_m]
     nearest_m = np.inf
-    for number, (at, beyond, away_m) in enumerate(places):
+    kinds = clip_kinds(tube, observation)
+    for number, ((at, beyond, away_m), kind) in enumerate(zip(places, kinds, strict=True)):
         if away_m <= ON_TUBE_M:
             apart = abs(at + beyond - k - share) / (TUBE_POINTS - 1)
             unsure_m = UNSURE * float(observation.std_m[N_POINTS - MAX_CLIPS + number])
             apart_m = apart * float(observation.rest_length_m[row])
-            nearest_m = min(nearest_m, apart_m + unsure_m)
+            nearest_m = min(nearest_m, apart_m + unsure_m - 0.5 * kind.width_m)
     return nearest_m

@@ -10,9 +10,10 @@ from planner.procedure.procedure import Procedure
 from planner.procedure.task import Task
 from planner.procedure.task_kind import entry_of
 from tissue_sim.outcome import room
-from tissue_sim.outcome.clip_rule import USUAL_CLIPS, clips_needed
+from tissue_sim.outcome.clip_rule import USUAL_CLIPS
 from tissue_sim.outcome.predicates import (
     clip_placed,
+    clips_needed_on,
     gallbladder_grasped,
     right_arm_back,
     tube_cut,
@@ -106,7 +107,7 @@ def is_needed(task: Task, world: World) -> bool:
     if task.clip in (None, USUAL_CLIPS):
         return True
     tube = structure_of(task, world)
-    return task.clip < clips_needed(tube, world.tubes.length_m[tube])
+    return task.clip < clips_needed_on(world, tube)
 
 
 def structure_of(task: Task, world: World) -> str:

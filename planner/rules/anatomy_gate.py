@@ -12,6 +12,7 @@ import numpy as np
 
 from planner.command import TUBES
 from planner.scene.duct_side import structure_seen
+from planner.scene.next_task import applier_on
 from tissue_sim.outcome.clip_rule import FEWEST_CLIPS, needed_m
 from tissue_sim.sensing.observation import Observation
 
@@ -66,7 +67,7 @@ class AnatomyGate:
             strict=True,
         ):
             tube = structure_seen(side, observation)
-            needs_m = needed_m(tube, FEWEST_CLIPS)
+            needs_m = needed_m(tube, applier_on(side, observation), FEWEST_CLIPS)
             if not severed and needs_m - length_m > (DUE if due else SURE) * std_m:
                 yield (
                     f"The {tube} looks {1e3 * length_m:.1f} mm long: a clip on either side of"

@@ -12,6 +12,8 @@ from planner.scene.duct_side import structure_seen
 from tissue_sim.outcome.clip_rule import USUAL_CLIPS, clips_needed
 from tissue_sim.sensing.observation import MAX_CLIPS, Observation
 from tissue_sim.sensing.polyline import distance_to_line_m
+from tissue_sim.tools.clips import CLIPS, ClipKind
+from tissue_sim.tools.instruments import Instrument, applier_for, applier_of, clip_of
 
 RATHER_MORE = 1.0  # standard deviations of a length; chosen on tuning patients
 ON_TUBE_M = 0.004  # from a clip's middle to the tube's centreline; assumed, about a tube's width
@@ -67,7 +69,27 @@ def clips_needed_on(tube: Tube, observation: Observation, *, stds: float = RATHE
     """
     k = TUBES.index(tube)
     length_m = observation.rest_length_m[k] + stds * observation.rest_length_std_m[k]
-    return clips_needed(structure_seen(tube, observation), float(length_m))
+    structure, applier = structure_seen(tube, observation), applier_on(tube, observation)
+    return clips_needed(structure, float(length_m), applier)
+
+
+def applier_on(tube: Tube, observation: Observation) -> Instrument:
+    """Return the applier for a tube: of the first clip on it, else by the tube's seen width."""
+    kinds = zip(clip_kinds(tube, observation), lying_on(tube, observation), strict=True)
+    kind = next((kind for kind, lies in kinds if lies), None)
+    return applier_of(kind) if kind else _applier_by_width(tube, observation)
+
+
+def clip_kinds(tube: Tube, observation: Observation) -> list[ClipKind]:
+    """Return the kinds of the clips in `clips_m`; an unknown one is taken for the tube's own."""
+    own = clip_of(_applier_by_width(tube, observation))
+    n = min(observation.n_clips, MAX_CLIPS)
+    known = [CLIPS[name] for name in observation.clip_kinds[-MAX_CLIPS:]]
+    return known if len(known) == n else [own] * n
+
+
+def _applier_by_width(tube: Tube, observation: Observation) -> Instrument:
+    return applier_for(2.0 * float(observation.tube_radius_m[TUBES.index(tube)]))
 
 
 def clips_on(tube: Tube, observation: Observation) -> int:

@@ -13,12 +13,13 @@ from scenarios.loop.episode_config import EpisodeConfig
 from scenarios.perturbation.effects import Effects
 from scenarios.perturbation.perturbation import AtTask
 from scenarios.run_episode import begin
+from tests.tissue_sim.kinds import POLYMER
 from tests.tissue_sim.verification.bodies import astride
 from tissue_sim.outcome.clip_rule import FEWEST_CLIPS, needed_m
 from tissue_sim.outcome.predicates import right_arm_back
 from tissue_sim.outcome.room import why_call
 from tissue_sim.patient.variants import variant
-from tissue_sim.surgery.clip import CLIP_LENGTH_M, latch
+from tissue_sim.surgery.clip import latch
 from tissue_sim.surgery.cut import BLADE_LENGTH_M, sever
 from tissue_sim.tools.arms import RIGHT_ARM, JointCommand
 from tissue_sim.world import World
@@ -156,8 +157,10 @@ def test_it_calls_a_person_where_it_cannot_operate_but_not_after_a_clip(untouche
     said = planner.plan(world.observe())
     assert (said.call, said.hold, said.remark) == (True, True, why_call(hopeless))
     middle_m = 0.5 * world.tubes.length_m["duct"]
-    T = astride(world.tubes, "duct", middle_m, beyond_m=0.5 * CLIP_LENGTH_M)
-    world.record = replace(world.record, clips=(latch(world.tubes, T, number=1, time_s=0.0),))
+    T = astride(world.tubes, "duct", middle_m, beyond_m=0.5 * POLYMER.length_m)
+    world.record = replace(
+        world.record, clips=(latch(world.tubes, T, POLYMER, number=1, time_s=0.0),)
+    )
     assert not planner.plan(world.observe()).call
 
 

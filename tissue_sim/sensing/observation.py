@@ -55,6 +55,7 @@ class Encoded:
         pinch_n: Force of the grasper's jaws on the tissue between them.
         tools: Names of the mounted instruments.
         clip_loaded: Whether the applier holds a clip.
+        clip_kinds: Names of the kinds of all clips that the applier closed or dropped, in order.
         T_world_endoscope: (4, 4) the endoscope's pose, from its holder's encoders.
         shaft_offset_m: (2,) distance of each shaft from its remote centre, by the arm's sensors.
     """
@@ -66,6 +67,7 @@ class Encoded:
     pinch_n: float
     tools: tuple[str, str]
     clip_loaded: bool
+    clip_kinds: tuple[str, ...] = ()
     T_world_endoscope: Array = field(default_factory=lambda: np.eye(4))
     shaft_offset_m: Array = field(default_factory=lambda: np.zeros(2))
 
