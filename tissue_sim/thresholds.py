@@ -78,7 +78,7 @@ LIVER_MAX_N = 2.0
 """Assumed: force of an instrument on the liver, or of tissue on the liver beyond the value at
 rest."""
 INSTRUMENT_CONTACT_MAX_N = 0.5
-"""Assumed: force between the two arms."""
+"""Assumed: force between the two arms, or of an arm on the assistant's grasper."""
 JOINT_MARGIN_RAD = 1.0e-3
 """Margin for rounding in the simulator's own limits."""
 LEAK_MAX_M3 = 0.0

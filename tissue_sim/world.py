@@ -80,7 +80,7 @@ class World(Field):
         self.scene = scene or (renderable_scene() if render else sapien.Scene([physics_system()]))
         self.scene.set_timestep(self.config.physics_step_s)
         self.arms = Arms(self.scene, render=render)
-        self._liver: sapien.Entity | None = None
+        self._rigid: tuple[sapien.Entity, ...] = ()
         per_control = whole_multiple(self.config.control_step_s, self.config.tissue.step_s) or 0
         per_tissue = whole_multiple(self.config.tissue.step_s, self.config.physics_step_s) or 0
         shares = np.linspace(0.0, 1.0, per_control * per_tissue + 1)[1:]
@@ -107,10 +107,10 @@ class World(Field):
         self.T_world_endoscope = endoscope_pose(
             anatomy.endoscope_pitch_rad, anatomy.endoscope_yaw_rad, anatomy.endoscope_distance_m
         )
-        if self._liver is not None:
-            self.scene.remove_entity(self._liver)
+        for entity in self._rigid:
+            self.scene.remove_entity(entity)
         self.body = Body(self.scene, self.tissue, self.organ)
-        self._liver = self.body.liver
+        self._rigid = self.body.rigid
         self.conditions = Conditions()
         self.arms.mount(CLIP_APPLIER)
         self.arms.set_joints(np.tile(HOME_JOINTS, (2, 1)))
@@ -150,7 +150,7 @@ class World(Field):
                 self.arms.drive(start + share * way)
                 self.arms.apply_wrenches(*self.wrenches)
                 if moving:
-                    self.body.move_liver(share)
+                    self.body.move_rigid(share)
                 self.scene.step()
             if moving:
                 self.body.move_tissue(part[-1])

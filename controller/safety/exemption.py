@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from controller.safety.geometry.collision import OTHER_ARM, NearPairs
 from controller.safety.geometry.link_cores import FINGERS, N_LINK
-from controller.safety.obstacles import LIVER, PORT_WALL
+from controller.safety.obstacles import ASSISTANT, LIVER, PORT_WALL
 from planner.procedure.task import Task
 from planner.scene.duct_side import structure_seen
 from tissue_sim.patient.tubes import GALLBLADDER
@@ -18,7 +18,7 @@ from tissue_sim.tools.arms import LEFT_ARM, RIGHT_ARM
 
 ARMS = (LEFT_ARM, RIGHT_ARM)
 HOLDS_N = 0.1  # pinch from which the grasper holds tissue; assumed
-FIRM = frozenset({LIVER, PORT_WALL, OTHER_ARM})
+FIRM = frozenset({LIVER, PORT_WALL, ASSISTANT, OTHER_ARM})
 WorkedOn = tuple[frozenset[str], frozenset[str]]  # tubes that the left and the right jaws may touch
 
 

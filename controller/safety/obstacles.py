@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from controller.safety.geometry.rigid_surface import RigidSurface, port_wall
 from tissue_sim.frames import Array
+from tissue_sim.patient.assistant import SHAFT_RADIUS_M, assistant_of
 from tissue_sim.patient.mesher import Indices, ring_radii_m
 from tissue_sim.patient.surroundings import GRID_M, liver_points, relief_rng
 from tissue_sim.patient.tubes import GALLBLADDER
@@ -20,7 +21,7 @@ from tissue_sim.rendering.shapes import sheet
 if TYPE_CHECKING:
     from tissue_sim.world import World
 
-LIVER, PORT_WALL = "liver", "port wall"
+LIVER, PORT_WALL, ASSISTANT = "liver", "port wall", "assistant's grasper"
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -72,10 +73,17 @@ def _places(lengths: tuple[int, ...]) -> tuple[Indices, Indices]:
 
 @dataclass(frozen=True, kw_only=True)
 class RigidSurroundings:
-    """The surfaces that keep their shape in one patient, registered once with the body at rest."""
+    """What keeps its shape in one patient, registered once with the body at rest.
+
+    Attributes:
+        liver: Surface of the liver.
+        port_wall: Surface around the arms' ports.
+        assistant_m: (2, 3) tips of the assistant's grasper, and its port.
+    """
 
     liver: RigidSurface
     port_wall: RigidSurface
+    assistant_m: Array
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -83,8 +91,8 @@ class Surroundings:
     """The present places of all obstacles.
 
     Attributes:
-        moved_m: Surface name to the displacement (3,) since the registration. The liver moves with
-            the body, the port wall stays with the ports.
+        moved_m: Surface name to the displacement (3,) since the registration. Liver and
+            assistant's grasper move with the body, the port wall stays with the ports.
         capsules: Capsules of the round and soft structures. The gallbladder has its present width.
             Hollow structures (`Organ.hollow`: cystic tubes and structures at risk) have their width
             at rest.
@@ -97,10 +105,25 @@ class Surroundings:
 def registered(world: World) -> RigidSurroundings:
     """Return the rigid surroundings, as a registration before the operation would find them."""
     organ, anatomy = world.organ, world.anatomy
+    assistant = assistant_of(organ)
     liver = sheet(liver_points(organ, anatomy, relief_rng(anatomy)), GRID_M)
     return RigidSurroundings(
         liver=RigidSurface(points_m=liver.points.astype(float), triangles=liver.triangles),
         port_wall=port_wall(world.arms.T_world_rcm[:, :3, 3]),
+        assistant_m=np.stack([assistant.tip_m, assistant.port_m]),
+    )
+
+
+def with_assistant(around: Surroundings, assistant_m: Array) -> Capsules:
+    """Return the capsules with one more chain, `ASSISTANT`, at its present place."""
+    capsules = around.capsules
+    lengths = np.bincount(capsules.chain, minlength=len(capsules.names))
+    start_m, end_m = assistant_m[:, None] + around.moved_m[LIVER]
+    return chained(
+        {**dict(zip(capsules.names, lengths.tolist(), strict=True)), ASSISTANT: 1},
+        start_m=np.concatenate([capsules.start_m, start_m]),
+        end_m=np.concatenate([capsules.end_m, end_m]),
+        radius_m=np.append(capsules.radius_m, SHAFT_RADIUS_M),
     )
 
 

@@ -1,4 +1,4 @@
-"""Model the body that holds the organ and moves it with the breath."""
+"""Model the body that holds the organ and moves it with the breath, and the assistant with it."""
 
 from __future__ import annotations
 
@@ -10,17 +10,24 @@ from numpy.typing import NDArray
 
 from tissue_sim.frames import Array, pose
 from tissue_sim.mechanics.tissue import Tissue
+from tissue_sim.patient.assistant import (
+    SHAFT_RADIUS_M,
+    T_world_shaft,
+    assistant_of,
+    shaft_length_m,
+)
 from tissue_sim.patient.organ import LiverBed, Organ
-from tissue_sim.tools.arms import LIVER
+from tissue_sim.tools.arms import ASSISTANT, LIVER
 
 LIVER_SIZE_M = (0.055, 0.008, 0.065)  # half sizes: across, through, along
 LIVER_SOFT_M = (0.006, 0.010)  # assumed: soft depth and margin before a tool meets resistance
 
 
 class Body:
-    """The body: fixed ends of the tubes, the liver and its bed, the strands of bed and ligament.
+    """The body: fixed ends, the liver and its bed, strands of bed and ligament, the assistant.
 
     Attributes:
+        rigid: The rigid bodies that the arms may touch: the liver, and the assistant's grasper.
         offset_m: (3,) offset from the anatomical place, world frame.
         target_m: (3,) offset at the end of the next control step.
         velocity_m_s: (3,) velocity in the last control step.
@@ -29,12 +36,8 @@ class Body:
     def __init__(self, scene: sapien.Scene, tissue: Tissue, organ: Organ) -> None:
         self._tissue, self._bed = tissue, organ.bed
         self._strands_m = organ.vertices[organ.anchored]
-        self._liver_pose = sapien.Pose(_T_world_liver(organ.bed))
-        self.liver = _liver(scene, self._liver_pose)
-        self._liver_body = cast(
-            sapien.physx.PhysxRigidDynamicComponent,
-            self.liver.find_component_by_type(sapien.physx.PhysxRigidDynamicComponent),
-        )
+        self.rigid = (_liver(scene, organ.bed), _assistant(scene, organ))
+        self._poses = [entity.pose for entity in self.rigid]
         self.offset_m, self.target_m, self.velocity_m_s = np.zeros((3, 3))
 
     def begin_step(self, duration_s: float) -> bool:
@@ -43,9 +46,10 @@ class Body:
         self.velocity_m_s = (self.target_m - self.offset_m) / duration_s
         return bool(was_moving or self.velocity_m_s.any())
 
-    def move_liver(self, share: float) -> None:
-        """Move the liver to a share of the step's motion, for the rigid instruments."""
-        self._liver_body.set_kinematic_target(self._shifted_liver(self._at(share)))
+    def move_rigid(self, share: float) -> None:
+        """Move the rigid bodies to a share of the step's motion, for the arms."""
+        for entity, at in zip(self.rigid, self._poses, strict=True):
+            _physics(entity).set_kinematic_target(_shifted(at, self._at(share)))
 
     def move_tissue(self, share: float) -> None:
         """Move the tissue that the body holds to a share of the step's motion."""
@@ -62,14 +66,12 @@ class Body:
     def restore(self, state: NDArray[np.float64]) -> None:
         """Restore what `state` returned; restore the tissue's own state first."""
         self.offset_m, self.target_m, self.velocity_m_s = state.copy()
-        self.liver.set_pose(self._shifted_liver(self.offset_m))
+        for entity, at in zip(self.rigid, self._poses, strict=True):
+            entity.set_pose(_shifted(at, self.offset_m))
         self._place_tissue(self.offset_m)
 
     def _at(self, share: float) -> Array:
         return self.offset_m + share * (self.target_m - self.offset_m)
-
-    def _shifted_liver(self, offset_m: Array) -> sapien.Pose:
-        return sapien.Pose((self._liver_pose.p + offset_m).tolist(), self._liver_pose.q)
 
     def _place_tissue(self, offset_m: Array) -> None:
         tissue, n_strand = self._tissue, len(self._strands_m)
@@ -80,12 +82,34 @@ class Body:
         tissue.host("bed_point")[0] = self._bed.point_m + offset_m
 
 
-def _liver(scene: sapien.Scene, at: sapien.Pose) -> sapien.Entity:
+def _shifted(at: sapien.Pose, offset_m: Array) -> sapien.Pose:
+    return sapien.Pose((at.p + offset_m).tolist(), at.q)
+
+
+def _physics(entity: sapien.Entity) -> sapien.physx.PhysxRigidDynamicComponent:
+    return cast(
+        sapien.physx.PhysxRigidDynamicComponent,
+        entity.find_component_by_type(sapien.physx.PhysxRigidDynamicComponent),
+    )
+
+
+def _liver(scene: sapien.Scene, bed: LiverBed) -> sapien.Entity:
     """Build a slab behind the gallbladder."""
     builder = scene.create_actor_builder()
     builder.add_box_collision(half_size=LIVER_SIZE_M)
-    builder.set_initial_pose(at)
+    builder.set_initial_pose(sapien.Pose(_T_world_liver(bed)))
     return builder.build_kinematic(name=LIVER)
+
+
+def _assistant(scene: sapien.Scene, organ: Organ) -> sapien.Entity:
+    """Build the shaft of the assistant's grasper; the jaws are in the fundus."""
+    assistant = assistant_of(organ)
+    builder = scene.create_actor_builder()
+    builder.add_capsule_collision(
+        radius=SHAFT_RADIUS_M, half_length=0.5 * shaft_length_m(assistant)
+    )
+    builder.set_initial_pose(sapien.Pose(T_world_shaft(assistant)))
+    return builder.build_kinematic(name=ASSISTANT)
 
 
 def _T_world_liver(bed: LiverBed) -> Array:

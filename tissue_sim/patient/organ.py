@@ -25,6 +25,7 @@ TUBES = ("duct", "artery")  # the procedure's tubes, in every organ; `Organ.holl
 # Assumed: the sizes of the mesh, and where in the body the gallbladder lies and what holds it.
 NECK_UP_M = 0.008  # height of the neck in the field
 RING_SPACING_M = 0.00175  # between a tube's rings: a clip 2 mm wide always holds one
+FEWEST_SEGMENTS = 4  # of a tube: below 5.25 mm its rings stand closer
 INFUNDIBULUM_M = 0.015  # length of the sac, from the neck, that is free of the liver
 FUNDUS_SPACING_M = 0.010
 INFUNDIBULUM_SEGMENTS = 6
@@ -60,7 +61,8 @@ class Organ:
         tets: (n_tet, 4) corners of the elements.
         region: (n_tet,), index into `REGIONS`.
         fixed: (n_vertex,), whether the body holds a vertex. The body holds the ends of the
-            structures at risk, and of tubes that branch off none.
+            structures at risk, and of tubes that branch off none. The assistant's grasper, which
+            moves with the body, holds the last ring of the sac: the fundus.
         rings: Tube name -> (n_ring, 1 + 2 sectors): centre, inner, outer. The rings of a cystic
             tube run from its far end up to the sac.
         neck_ring: Tube name -> index of the ring at the sac's wall, or of a trunk's last ring.
@@ -222,7 +224,7 @@ def _tube_centreline(
     """
     chord = length * (1.0 - slack)
     sagitta = np.sqrt(0.375 * chord * (length - chord))  # arc = chord + 8 sagitta^2 / (3 chord)
-    n = int(np.ceil(length / RING_SPACING_M))
+    n = max(int(np.ceil(length / RING_SPACING_M)), FEWEST_SEGMENTS)
     t = np.linspace(1.0, 0.0, n + 1)[:, None]
     bow = unit(bow - (bow @ heading) * heading)
     line = joint + t * chord * heading + 4 * sagitta * t * (1 - t) * bow
@@ -258,7 +260,7 @@ def _join(
         vertices=vertices,
         tets=tets,
         region=region,
-        fixed=_fixed(len(vertices), rings),
+        fixed=_fixed(len(vertices), rings, sac.rings),
         rings=rings,
         neck_ring=neck_ring,
         sac_rings=sac.rings,
@@ -277,9 +279,10 @@ def _join(
     )
 
 
-def _fixed(n_vertex: int, rings: dict[str, Indices]) -> NDArray[np.bool_]:
-    """Return whether the body holds each vertex: the ends where a tube leaves the field."""
+def _fixed(n_vertex: int, rings: dict[str, Indices], sac_rings: Indices) -> NDArray[np.bool_]:
+    """Return whether the body holds each vertex: the ends where a tube leaves, and the fundus."""
     fixed = np.zeros(n_vertex, bool)
+    fixed[sac_rings[-1]] = True
     for name, ring in rings.items():
         if name in AT_RISK:
             fixed[ring[[0, -1]]] = True
@@ -394,7 +397,7 @@ def _fat_strands(
         walls = {tube: outer[tube][round(share * necks[tube])] for tube in TUBES}
         if k % 3 == 2:
             tube = TUBES[k // 3 % 2]
-            below = max(necks[tube] - int(rng.integers(2, 6)), 1)  # short tubes have 4 segments
+            below = max(necks[tube] - int(rng.integers(2, 6)), 1)  # short tubes: `FEWEST_SEGMENTS`
             pairs.append(_facing(vertices, outer[tube][below], sac, rng))
         else:
             pairs.append(_facing(vertices, walls["duct"], walls["artery"], rng))

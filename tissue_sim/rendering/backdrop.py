@@ -1,10 +1,10 @@
-"""Build the surfaces behind the tubes: peritoneum over fat, ligament, liver, duodenum's edge.
+"""Build the surfaces behind the tubes: peritoneum over fat, liver, duodenum's edge.
 
-The peritoneum is one smooth sheet. It rises around the structures at risk, as the ligament does,
-and closes over their ends. Behind the cystic tubes the peritoneum has been dissected and stays
-back. A lobe of the liver shows above it, in the "critical view of safety" (Strasberg et al., J. Am.
-Coll. Surg. 180, 1995). Instruments reach no farther than this space. Shapes are assumed; each
-patient has its own.
+The peritoneum is one smooth sheet. It rises behind the structures at risk, which the ligament
+covers (`drawn_ligament`). Behind the cystic tubes the peritoneum has been dissected and stays back.
+A lobe of the liver shows above it, in the "critical view of safety" (Strasberg et al., J. Am. Coll.
+Surg. 180, 1995). Instruments reach no farther than this space. Shapes are assumed; each patient has
+its own.
 """
 
 from __future__ import annotations
@@ -15,8 +15,10 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial import KDTree
 
-from tissue_sim.frames import AWAY, RIGHT, UP, Array, field_point
+from tissue_sim.frames import AWAY, RIGHT, UP, Array, field_point, unit
+from tissue_sim.patient.anatomy import Anatomy
 from tissue_sim.patient.at_risk import AT_RISK
+from tissue_sim.patient.mesher import ring_radii_m
 from tissue_sim.patient.organ import Organ
 from tissue_sim.patient.surroundings import FAT_BEHIND_M, waves
 from tissue_sim.rendering.drawing import Surface
@@ -26,8 +28,10 @@ from tissue_sim.rendering.textures import TILE_M, Colour, Look
 CELL_M = 0.0025
 BEYOND_M = np.array([0.015, 0.040, 0.075, 0.120])  # places outside the field, from its edge
 TILE_OF_SHEET_M = 0.075
-LIGAMENT_M = 0.008  # distance from a trunk at which its ligament has sunk into the sheet
-BARE_SHARE = 0.35  # of a trunk's radius that lies before the ligament, in the middle of the trunk
+LIGAMENT_M = 0.010  # distance from a trunk over which the sheet rises
+BEHIND_M = 0.0015  # distance of the raised sheet behind a trunk
+BEYOND_END_M = 0.026  # assumed: distance beyond a trunk's end over which it sinks into the sheet
+LEVEL_M = 0.004  # of this distance, before it begins to sink
 LOBULE_M = 0.014  # a lobule of the fat under the sheet
 WINDOW_M = 0.0105  # distance of the liver behind a dissected tube: jaws pass between
 SHEET_WINDOW_M = 0.0135  # distance of the sheet behind a dissected tube, behind the liver
@@ -40,19 +44,27 @@ DUODENUM_M = 0.013  # radius of the duodenum
 DUODENUM_SUNK_M = 0.004  # depth of the duodenum's middle in the sheet
 
 
-def peritoneum(organ: Organ, rng: np.random.Generator) -> tuple[Surface, Look]:
+def peritoneum(organ: Organ, rng: np.random.Generator) -> Surface:
     """Build the sheet, which is nearer below and beside the field, where fat is thicker."""
     u, v = np.meshgrid(_places(0.138), _places(0.102)[: -len(BEYOND_M)])  # the liver is above
-    beside = np.clip(np.abs(u) - 0.06, 0.0, None)
     folds = 0.0016 * waves(u[0], 0.06, rng) * waves(v[:, 0], 0.05, rng)[:, None]
-    depth = _base(v) - 0.18 * beside + folds
+    depth = sheet_depth(organ, u, v) + folds
     centres = rng.uniform(-0.18, 0.18, (int((0.36 / LOBULE_M) ** 2 / 2), 2))
     nearest = KDTree(centres).query(np.stack([u, v], -1))[0] / LOBULE_M
     depth -= 0.0014 * np.exp(-2.0 * nearest**2)
+    depth = with_windows(depth, u, v, organ, SHEET_WINDOW_M)
+    return _facing(u, v, depth, TILE_OF_SHEET_M)
+
+
+def sheet_depth(organ: Organ, u: Array, v: Array) -> Array:
+    """Return the depth of the sheet at places right and up in the field, without folds, m."""
+    depth = _base(v) - 0.18 * np.clip(np.abs(u) - 0.06, 0.0, None)
     for trunk in AT_RISK:
-        depth = _with_ligament(depth, u, v, organ, trunk)
-    depth = _with_windows(depth, u, v, organ, SHEET_WINDOW_M)
-    return _facing(u, v, depth, TILE_OF_SHEET_M), _look(rng)
+        line, fades = trunk_line(organ, trunk)
+        away, which = nearest_on(line, u, v)
+        rise = (line @ AWAY)[which] + trunk_radius_m(organ, trunk) + BEHIND_M - depth
+        depth = depth + fades[which] * np.exp(-((away / LIGAMENT_M) ** 2)) * rise
+    return depth
 
 
 def lobe(organ: Organ, colour: Colour, rng: np.random.Generator) -> tuple[Surface, Look]:
@@ -63,7 +75,7 @@ def lobe(organ: Organ, colour: Colour, rng: np.random.Generator) -> tuple[Surfac
     flat = 1.0 - (u / LOBE_M[0]) ** 2  # the lobe thins out towards both sides
     inside = 1.0 - ((v - LOBE_UP_M) / (LOBE_M[1] * (0.5 + 0.5 * flat))) ** 2 * edge
     depth = _base(v) + 0.001 - LOBE_THICK_M * flat * np.sign(inside) * np.sqrt(np.abs(inside))
-    depth = _with_windows(depth, u, v, organ, WINDOW_M)
+    depth = with_windows(depth, u, v, organ, WINDOW_M)
     return _facing(u, v, depth, TILE_M), liver_look(colour)
 
 
@@ -104,47 +116,59 @@ def _facing(u: Array, v: Array, depth: Array, tile_m: float) -> Surface:
     return replace(sheet(points[:, ::-1], tile_m), uv=flat.reshape(-1, 2))
 
 
-def _with_ligament(depth: Array, u: Array, v: Array, organ: Organ, trunk: str) -> Array:
-    """Raise the sheet (n, m) around a trunk; half of the trunk shows, its ends are covered."""
-    rings = organ.rings[trunk]
-    line = _fine(organ.vertices[rings[:, 0]])
-    radius_m = np.linalg.norm(organ.vertices[rings[:, -1]] - organ.vertices[rings[:, 0]], axis=1)
-    away, which = _nearest(line, u, v)
-    from_middle = np.abs(2.0 * which / (len(line) - 1) - 1.0)
-    covered = np.clip((from_middle - 0.35) / 0.55, 0.0, 1.0)
-    bare_m = radius_m.mean() * (BARE_SHARE - (1.0 + BARE_SHARE + 0.6) * covered**2)
-    share = np.exp(-((away / LIGAMENT_M) ** 2))
-    return depth + share * ((line @ AWAY)[which] + bare_m - depth)
+def trunk_line(organ: Organ, trunk: str) -> tuple[Array, Array]:
+    """Return the line (n, 3) of a trunk and beyond its ends, and the share (n,) that shows of it.
+
+    Beyond its ends the trunk sinks into the sheet.
+    """
+    centres = organ.vertices[organ.rings[trunk][:, 0]]
+    beyond_m = np.linspace(0.0, BEYOND_END_M, 7)[1:]
+    before, after = (
+        end + beyond_m[:, None] * unit(end - inner)
+        for end, inner in ((centres[0], centres[1]), (centres[-1], centres[-2]))
+    )
+    line = fine(np.concatenate([before[::-1], centres, after]))
+    sunk = np.clip((beyond_m - LEVEL_M) / (BEYOND_END_M - LEVEL_M), 0.0, 1.0)
+    share = np.concatenate([sunk[::-1], np.zeros(len(centres)), sunk])
+    share = np.interp(np.linspace(0, len(share) - 1, len(line)), np.arange(len(share)), share)
+    return line, 1.0 - share * share * (3.0 - 2.0 * share)
 
 
-def _with_windows(depth: Array, u: Array, v: Array, organ: Organ, window_m: float) -> Array:
-    """Push back the sheet near a cystic tube, except at the tube's root."""
+def trunk_radius_m(organ: Organ, trunk: str) -> float:
+    """Return the outer radius of a trunk."""
+    return float(ring_radii_m(organ.vertices, organ.rings[trunk]).mean())
+
+
+def with_windows(
+    depth: Array, u: Array, v: Array, organ: Organ, window_m: float, free: Array | float = 1.0
+) -> Array:
+    """Push back the sheet near a cystic tube, except at the tube's root, by a share `free`."""
     for tube in organ.tubes:
-        line = _fine(organ.vertices[organ.rings[tube][: organ.neck_ring[tube] + 1, 0]])
-        away, which = _nearest(line, u, v)
+        line = fine(organ.vertices[organ.rings[tube][: organ.neck_ring[tube] + 1, 0]])
+        away, which = nearest_on(line, u, v)
         from_root_m = np.linalg.norm(np.diff(line, axis=0, prepend=line[:1]), axis=1).cumsum()
         room_m = np.clip(2.5 * (from_root_m[which] - ROOT_M), 0.0, window_m)
         share = np.clip(2.0 - away / WINDOW_WIDTH_M, 0.0, 1.0)
         share = share * share * (3.0 - 2.0 * share)
-        depth = depth + share * np.maximum((line @ AWAY)[which] + room_m - depth, 0.0)
+        depth = depth + free * share * np.maximum((line @ AWAY)[which] + room_m - depth, 0.0)
     return depth
 
 
-def _fine(line: Array) -> Array:
+def fine(line: Array) -> Array:
     """Return 20 interpolated points for each point of a line (n, 3)."""
     fine = np.linspace(0, len(line) - 1, 20 * len(line))
     return np.stack([np.interp(fine, np.arange(len(line)), line[:, k]) for k in range(3)], axis=1)
 
 
-def _nearest(line: Array, u: Array, v: Array) -> tuple[Array, NDArray[np.intp]]:
+def nearest_on(line: Array, u: Array, v: Array) -> tuple[Array, NDArray[np.intp]]:
     """Return the distance of each place of the sheet from a line, m, and the nearest point."""
     away, which = KDTree(line @ np.stack([RIGHT, UP], axis=1)).query(np.stack([u, v], -1))
     return np.asarray(away), np.asarray(which)
 
 
-def _look(rng: np.random.Generator) -> Look:
+def sheet_look(anatomy: Anatomy) -> Look:
     """Return the look of peritoneum over fat, from yellow to pink with the patient's fat."""
-    fat = rng.uniform(0.25, 0.8)
+    fat = np.random.default_rng([0xFA7BE11, anatomy.seed]).uniform(0.25, 0.8)
     yellow, pink = np.array([0.78, 0.50, 0.17]), np.array([0.66, 0.33, 0.26])
     red, green, blue = (round(float(c), 3) for c in fat * yellow + (1.0 - fat) * pink)
     return Look(colour=(red, green, blue), mottle=0.13, vessels=0.55, relief=0.12, grain=14,

@@ -32,8 +32,11 @@ class Surface:
 class Drawn:
     """One named entity in the scene, for cameras only, without part in the physics."""
 
-    def __init__(self, scene: sapien.Scene, name: str, look: Look) -> None:
-        self._scene, self._material = scene, material(look)
+    def __init__(
+        self, scene: sapien.Scene, name: str, look: Look | sapien.render.RenderMaterial
+    ) -> None:
+        self._scene = scene
+        self._material = material(look) if isinstance(look, Look) else look
         self._component: sapien.render.RenderBodyComponent | None = None
         self.entity = sapien.Entity()
         self.entity.name = name

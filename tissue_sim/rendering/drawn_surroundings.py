@@ -14,7 +14,7 @@ from tissue_sim.frames import AWAY, RIGHT, UP, Array, pose
 from tissue_sim.patient.anatomy import Anatomy
 from tissue_sim.patient.organ import Organ, build_organ
 from tissue_sim.patient.surroundings import liver_points, relief_rng
-from tissue_sim.rendering.backdrop import duodenum, liver_look, lobe, peritoneum
+from tissue_sim.rendering.backdrop import duodenum, liver_look, lobe, peritoneum, sheet_look
 from tissue_sim.rendering.drawing import Drawn, Surface
 from tissue_sim.rendering.shapes import drop, sheet
 from tissue_sim.rendering.textures import TILE_M, Look
@@ -55,7 +55,7 @@ def surroundings(organ: Organ, anatomy: Anatomy) -> dict[str, tuple[Surface, Loo
             sheet(liver_points(organ, anatomy, rng), TILE_M),
             liver_look(anatomy.liver_colour),
         ),
-        "peritoneum": peritoneum(organ, rng),
+        "peritoneum": (peritoneum(organ, rng), sheet_look(anatomy)),
         "duodenum": duodenum(rng),
         "liver:lobe": lobe(organ, anatomy.liver_colour, rng),
         "cavity": (

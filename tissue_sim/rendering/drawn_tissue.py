@@ -16,7 +16,7 @@ from tissue_sim.patient.at_risk import COMMON_DUCT, HEPATIC_ARTERY
 from tissue_sim.patient.organ import Organ
 from tissue_sim.rendering.drawing import Drawn, Surface
 from tissue_sim.rendering.skin import CUT_LUMEN, CUT_WALL, Floats, Skin, build_skin
-from tissue_sim.rendering.textures import TILE_M, Colour, Look
+from tissue_sim.rendering.textures import TILE_M, Look, mixed
 
 FLARE = 0.8  # assumed: of a tube's radius, by which it widens at its root
 FLARE_M = 0.0012  # distance from the root over which the flare fades
@@ -29,7 +29,7 @@ def looks(anatomy: Anatomy, dyed: float) -> dict[str, Look]:
     artery = Look(colour=anatomy.artery_colour, mottle=0.12, relief=0.20, grain=14, film=1.0)
     clean = {
         "gallbladder": Look(
-            colour=_mixed(anatomy.gallbladder_colour, SEROSA, 0.5),
+            colour=mixed(anatomy.gallbladder_colour, SEROSA, 0.5),
             mottle=0.10,
             vessels=0.75,
             relief=0.22,
@@ -53,12 +53,6 @@ def looks(anatomy: Anatomy, dyed: float) -> dict[str, Look]:
         CUT_LUMEN: Look(colour=(0.10, 0.012, 0.01), roughness=0.2),
     }
     return {name: replace(look, dyed=dyed) for name, look in clean.items()}
-
-
-def _mixed(first: Colour, second: Colour, share: float) -> Colour:
-    """Mix two colours; `share` is the second's."""
-    red, green, blue = ((1.0 - share) * a + share * b for a, b in zip(first, second, strict=True))
-    return red, green, blue
 
 
 class DrawnTissue:

@@ -96,7 +96,16 @@ _SOFT_DIFFUSE = """\
 float diffuse(float NoL) {  // light enters tissue and leaves beside: no hard shadow edge
   return max((NoL + 0.2) / 1.2, 0.0) / 3.141592653589793f;
 }"""
+_LAMPS = """\
+const float WEAK = 0.01;  // W/sr, all colours: less has the wrists' lamps alone
+const float REACH2 = 0.055 * 0.055;  // m2, assumed: beyond, a weak lamp is outshone
+
+float diffuse("""
 _WIDE_LAMP = """\
+  if (dot(emission, vec3(1)) < WEAK) {  // fades out, so that no pixel far away computes it
+    emission *= clamp(1.5 - 1.5 * dot(l, l) / REACH2, 0, 1);
+    if (dot(l, l) > REACH2) return vec3(0);
+  }
   // assumed: a ring of fibres with a wide beam dazzles less nearby than a point would
   float d = sqrt(dot(l, l) + 0.025 * 0.025);"""
 _POSITION = f"  out{POSITION_PICTURE} = ivec4(ivec3(inPosition * 1e6), inSegmentation[1]);\n"
@@ -157,6 +166,7 @@ def set_picture_formats() -> None:
 
 def _light(text: str) -> str:
     text = _replaced(text, r"float diffuse\(float NoL\) \{[^}]*\}", _SOFT_DIFFUSE)
+    text = _replaced(text, r"float diffuse\(", _LAMPS)
     text = _replaced(text, r"  float d = max\(length\(l\), 0.0001\);", _WIDE_LAMP, count=3)
     return _replaced(
         text, r"diffuse\(NoL\) / d / d", "diffuse(dot(normal, lightDir)) / d / d", count=3

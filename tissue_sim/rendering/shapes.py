@@ -20,7 +20,7 @@ def sheet(points: Array, tile_m: float) -> Surface:
     return Surface(
         points=points.reshape(-1, 3),
         normals=unit(np.cross(rows, columns).reshape(-1, 3)),
-        triangles=_grid(*points.shape[:2]),
+        triangles=grid(*points.shape[:2]),
         uv=uv.reshape(-1, 2),
     )
 
@@ -49,7 +49,7 @@ def threads(lines: Array, radii_m: Array, tile_m: float, *, around: int) -> Surf
     return Surface(
         points=(lines[:, :, None] + radii_m[..., None, None] * out).reshape(-1, 3),
         normals=out.reshape(-1, 3),
-        triangles=(_grid(k, around + 1)[:, ::-1] + starts).reshape(-1, 3),
+        triangles=(grid(k, around + 1)[:, ::-1] + starts).reshape(-1, 3),
         uv=np.stack(np.broadcast_arrays(along[..., None], 0.1 * angle[:, 0]), -1).reshape(-1, 2),
     )
 
@@ -100,12 +100,12 @@ def drop(centre: Array, radii_m: Array) -> Surface:
     return Surface(
         points=centre + radii_m * ball.reshape(-1, 3),
         normals=unit(ball.reshape(-1, 3) / radii_m),
-        triangles=_grid(rows, columns),
+        triangles=grid(rows, columns),
         uv=np.zeros((ball[..., 0].size, 2)),
     )
 
 
-def _grid(rows: int, columns: int) -> NDArray[np.int64]:
+def grid(rows: int, columns: int) -> NDArray[np.int64]:
     """Return two triangles for each cell (n, 3), facing the side rows x columns."""
     a = (np.arange(rows - 1)[:, None] * columns + np.arange(columns - 1)).ravel()
     b, c, d = a + columns, a + columns + 1, a + 1

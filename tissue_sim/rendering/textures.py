@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cache, lru_cache
 
@@ -59,18 +60,50 @@ class Look:
 @lru_cache(maxsize=64)  # materials of a few patients
 def material(look: Look) -> sapien.render.RenderMaterial:
     """Return the renderer's material. The film's numbers are those of `shader_pack`."""
-    made = sapien.render.RenderMaterial(
+    made = _plain(look)
+    if look.mottle or look.vessels or look.dyed or look.lobule_contrast:
+        made.base_color_texture = _texture(colours(look), srgb=True)
+    if look.relief:
+        made.normal_texture = _texture(relief(look), pooled(), srgb=False)
+    return made
+
+
+def mixed(first: Colour, second: Colour, share: float) -> Colour:
+    """Mix two colours; `share` is the second's."""
+    red, green, blue = ((1.0 - share) * a + share * b for a, b in zip(first, second, strict=True))
+    return red, green, blue
+
+
+def painted(
+    look: Look, places: Array, tints: Sequence[tuple[Colour, Array]]
+) -> sapien.render.RenderMaterial:
+    """Return a material whose texture is not tiled, so that colours may be laid on it.
+
+    Args:
+        look: The material under the colours.
+        places: (rows, columns, 2) texture coordinates of the pixels in the tiled texture.
+        tints: Colours, and their shares (rows, columns).
+    """
+    made = _plain(look)
+    pixels = (np.round(SIZE * places).astype(int) % SIZE)[..., ::-1]
+    row, column = pixels[..., 0], pixels[..., 1]
+    colour = colours(look)[row, column]
+    for tint, share in tints:
+        shaded = np.array(tint) * (colour / np.array(look.colour)).mean(axis=-1, keepdims=True)
+        colour = colour + share[..., None] * (shaded - colour)
+    made.base_color_texture = _texture(colour, srgb=True)
+    made.normal_texture = _texture(relief(look)[row, column], pooled()[row, column], srgb=False)
+    return made
+
+
+def _plain(look: Look) -> sapien.render.RenderMaterial:
+    return sapien.render.RenderMaterial(
         base_color=[*look.colour, 1.0],
         roughness=look.roughness,
         specular=look.specular,
         metallic=look.metallic,
         emission=[*(look.glow * np.array(look.colour)), 1.0 - look.film],
     )
-    if look.mottle or look.vessels or look.dyed or look.lobule_contrast:
-        made.base_color_texture = _texture(colours(look), srgb=True)
-    if look.relief:
-        made.normal_texture = _texture(relief(look), pooled(), srgb=False)
-    return made
 
 
 @cache

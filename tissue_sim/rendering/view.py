@@ -14,8 +14,11 @@ from numpy.typing import NDArray
 
 from tissue_sim.field import Field
 from tissue_sim.frames import Array
+from tissue_sim.rendering.drawn_assistant import DrawnAssistant
+from tissue_sim.rendering.drawn_bed import DrawnBed
 from tissue_sim.rendering.drawn_clips import DrawnClips
 from tissue_sim.rendering.drawn_leaks import DrawnLeaks
+from tissue_sim.rendering.drawn_ligament import DrawnLigament
 from tissue_sim.rendering.drawn_strands import DrawnStrands
 from tissue_sim.rendering.drawn_surroundings import DrawnSurroundings
 from tissue_sim.rendering.drawn_tissue import DrawnTissue
@@ -37,7 +40,17 @@ from tissue_sim.sensing.cameras import (
 from tissue_sim.tools.drives import physics_system
 
 # what cameras show; `update` draws an object in the field's current state
-VISUALS = (DrawnSurroundings, DrawnTissue, DrawnStrands, DrawnClips, DrawnLeaks, Illumination)
+VISUALS = (
+    DrawnSurroundings,
+    DrawnAssistant,
+    DrawnBed,
+    DrawnLigament,
+    DrawnTissue,
+    DrawnStrands,
+    DrawnClips,
+    DrawnLeaks,
+    Illumination,
+)
 
 
 def renderable_scene() -> sapien.Scene:

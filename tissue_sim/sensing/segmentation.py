@@ -30,6 +30,7 @@ CLASSES = (
     "duodenum",
     "common bile duct leak",
     "hepatic artery leak",
+    "assistant",
 )
 
 

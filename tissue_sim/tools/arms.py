@@ -31,7 +31,8 @@ from tissue_sim.tools.urdf import JOINT_ORDER, urdf_path
 Numbers = NDArray[np.floating]  # the simulator uses float32
 
 LEFT_ARM, RIGHT_ARM = 0, 1
-PSM2, PSM1, LIVER = "psm2", "psm1", "liver"  # names in contacts: links are "psm1:shaft"...
+# names in contacts: links are "psm1:shaft"...
+PSM2, PSM1, LIVER, ASSISTANT = "psm2", "psm1", "liver", "assistant"
 
 # Assumed: each port aside of the field's centre, above it and nearer to the surgeon.
 PORT_RIGHT_M = 0.065
@@ -77,7 +78,12 @@ class ContactShapes:
 
 @dataclass(frozen=True, kw_only=True)
 class ContactForces:
-    """Total normal force (N) of the last step, summed over contact points."""
+    """Total normal force (N) of the last step, summed over contact points.
+
+    Attributes:
+        between_arms_n: Between the arms, and of the arms with the assistant's grasper.
+        on_liver_n: Of the arms on the liver.
+    """
 
     between_arms_n: float
     on_liver_n: float
@@ -306,11 +312,11 @@ class Arms:
                 link.add_force_torque(force, torque)
 
     def contact_forces_n(self) -> ContactForces:
-        """Return the rigid contact of the last step: between the arms, and of arms with `LIVER`."""
+        """Return the rigid contact of the last step: between instruments, and with `LIVER`."""
         between = liver = 0.0
         for contact in self._scene.get_contacts():
             owners = {body.entity.name.split(":")[0] for body in contact.bodies}
-            if owners == {PSM1, PSM2}:
+            if len(owners & {PSM1, PSM2, ASSISTANT}) == 2:
                 between += _normal_force_n(contact, self._scene.timestep)
             elif LIVER in owners and owners & {PSM1, PSM2}:
                 liver += _normal_force_n(contact, self._scene.timestep)

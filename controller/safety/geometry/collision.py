@@ -20,6 +20,7 @@ from controller.safety.obstacles import (
     Capsules,
     RigidSurroundings,
     Surroundings,
+    with_assistant,
 )
 from tissue_sim.frames import Array
 from tissue_sim.patient.mesher import Indices
@@ -64,7 +65,8 @@ class NearPairs:
         link: (n,) index into `PATCH_LINKS`.
         other_link: (n,) link of the right arm where the right arm is the obstacle, -1 elsewhere.
             Such a pair exists once, with the left arm as the instrument.
-        names: Names of all obstacles: "liver", "port wall", "right arm", and the chains' names.
+        names: Names of all obstacles: the chains' names with "assistant's grasper", then "liver",
+            "port wall" and "right arm".
         what: (n,) index into `names`.
         foremost: (n,) mask of the capsules of a chain that are nearest or hardly farther.
         within_m: The activation distance.
@@ -112,7 +114,7 @@ class CollisionModel:
 
     def __init__(self, rigid: RigidSurroundings, T_world_rcm: Array) -> None:
         """Build the surfaces; `T_world_rcm` (2, 4, 4) are the remote centres."""
-        self._T_world_rcm = T_world_rcm
+        self._T_world_rcm, self._assistant_m = T_world_rcm, rigid.assistant_m
         self._surfaces = {
             LIVER: SurfaceModel(rigid.liver),
             PORT_WALL: SurfaceModel(rigid.port_wall),
@@ -143,7 +145,7 @@ class CollisionModel:
         """
         links = self.cores(joints, instruments)
         moved_m = np.stack([surroundings.moved_m[name] for name in self._surfaces])
-        chains = surroundings.capsules
+        chains = with_assistant(surroundings, self._assistant_m)
         names = (*chains.names, *self._surfaces, OTHER_ARM)
         surfaces, arms_m = self._at_least_m(links, moved_m)
         arms = arms_m < within_m

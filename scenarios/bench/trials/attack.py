@@ -13,7 +13,13 @@ import numpy as np
 
 from controller.links import tool_jacobian
 from controller.safety.limits.arms import JOINT_SPEED
-from controller.safety.obstacles import LIVER, PORT_WALL, RigidSurroundings, Surroundings
+from controller.safety.obstacles import (
+    ASSISTANT,
+    LIVER,
+    PORT_WALL,
+    RigidSurroundings,
+    Surroundings,
+)
 from tissue_sim.constants import CONTROL_PERIOD_S
 from tissue_sim.frames import Array, unit
 from tissue_sim.patient.at_risk import AT_RISK
@@ -65,11 +71,13 @@ class AttackTargets:
 
 def aims(rigid: RigidSurroundings, around: Surroundings) -> dict[str, Array]:
     """Return points (n, 3) of each keep-out, and of the tubes."""
-    round_ones = around.capsules
+    round_ones, (tip_m, port_m) = around.capsules, rigid.assistant_m
+    near_half = np.linspace(tip_m, 0.5 * (tip_m + port_m), 6)
     tubes = [name for name in round_ones.names if name not in (GALLBLADDER, *AT_RISK)]
     return {
         LIVER: rigid.liver.points_m + around.moved_m[LIVER],
         PORT_WALL: rigid.port_wall.points_m,
+        ASSISTANT: near_half + around.moved_m[LIVER],
         **{name: round_ones.start_m[round_ones.of(name)] for name in AT_RISK},
         "tubes": np.concatenate([round_ones.start_m[round_ones.of(name)] for name in tubes]),
     }
@@ -145,6 +153,7 @@ ATTACKS: dict[str, Callable[[AttackTargets, Array, np.random.Generator], Attack]
     **{f"at the {name}": straight_at(name) for name in AT_RISK},
     "at the tubes": straight_at("tubes"),
     "at the port wall": straight_at(PORT_WALL),
+    "at the assistant's grasper": straight_at(ASSISTANT),
     "at joint limits": at_joint_limits,
     "jumps": jumps,
     "jaw snaps": jaw_snaps,

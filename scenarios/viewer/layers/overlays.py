@@ -9,6 +9,9 @@ import viser
 from scenarios.recording.overlay import HIDDEN, SEEN
 from scenarios.viewer.frame import Frame, Patient
 from scenarios.viewer.layers.layer import Rgb, show
+from tissue_sim.patient.assistant import SHAFT_RADIUS_M
+from tissue_sim.rendering.shapes import pipe
+from tissue_sim.rendering.textures import TILE_M
 
 FORCE_COLOUR: Rgb = (255, 214, 10)
 M_PER_N = 0.006
@@ -90,14 +93,17 @@ class SeenLayer:
 class KeepOutLayer:
     """The bodies that the safety filter keeps the instruments away from.
 
-    They are the liver, which moves with the body, and the wall with the ports.
+    They are the liver and the assistant's grasper, which move with the body, and the wall with the
+    ports.
     """
 
     def __init__(self, scene: viser.SceneApi, root: str, patient: Patient) -> None:
         keep = patient.keep_outs
+        assistant = pipe(keep.assistant_m, SHAFT_RADIUS_M, TILE_M)
         self._body = scene.add_frame(f"{root}/body", show_axes=False)
         for name, points, triangles in (
             ("body/liver", keep.liver.points_m, keep.liver.triangles),
+            ("body/assistant", assistant.points, assistant.triangles),
             ("port wall", keep.port_wall.points_m, keep.port_wall.triangles),
         ):
             scene.add_mesh_simple(
@@ -112,5 +118,5 @@ class KeepOutLayer:
             )
 
     def update(self, frame: Frame) -> None:
-        """Move the liver with the body."""
+        """Move liver and assistant's grasper with the body."""
         show(self._body, "position", frame.body_m)

@@ -34,6 +34,7 @@ def rigid(liver=None):
     return RigidSurroundings(
         liver=far_below if liver is None else liver,
         port_wall=port_wall(T_WORLD_RCM[:, :3, 3]),
+        assistant_m=np.array([[0.0, 0.0, -0.6], [0.0, 0.0, -0.7]]),
     )
 
 

@@ -1,11 +1,15 @@
 """Tests of the obstacles: those registered and tracked are those of the world."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
-from controller.safety.obstacles import registered, surroundings_of
+from controller.safety.geometry.collision import CollisionModel
+from controller.safety.obstacles import ASSISTANT, registered, surroundings_of
 from tests.worlds import textbook_world
 from tissue_sim.frames import unit
+from tissue_sim.patient.assistant import SHAFT_RADIUS_M, assistant_of
 from tissue_sim.patient.at_risk import AT_RISK, BRANCHES, RADIUS_M
 from tissue_sim.rendering.drawn_surroundings import surroundings as drawn_surroundings
 from tissue_sim.surgery.parting import part_ring
@@ -49,6 +53,24 @@ def test_structures_at_risk_and_tubes_are_as_wide_as_the_anatomy_says(world):
         *((trunk, 2 * RADIUS_M[trunk]) for trunk in AT_RISK),
     ):
         assert 2 * np.median(now.radius_m[now.of(tube)]) == pytest.approx(diameter, rel=1e-6)
+
+
+def test_the_assistant_s_grasper_is_an_obstacle_that_moves_with_the_body(world):
+    model = CollisionModel(registered(world), world.arms.T_world_rcm)
+    joints, instruments, now = world.arms.joints, world.arms.mounted, surroundings_of(world)
+
+    def at(around):
+        near = model.near(joints, instruments, around, within_m=0.3)
+        rows = np.flatnonzero(near.of(ASSISTANT) & (near.arm == 0) & (near.link == 3))
+        return near.on_obstacle_m[rows[0]], near.distance_m[rows[0]]
+
+    assistant, finger = assistant_of(world.organ), world.arms.contact_shapes().b_world_m[3]
+    way_m = distance_m(finger, assistant.tip_m, assistant.port_m)
+    before, apart_m = at(now)
+    assert apart_m == pytest.approx(way_m - SHAFT_RADIUS_M, abs=0.004)  # a finger has a width
+    offset = 0.01 * assistant.back
+    moved, _ = at(replace(now, moved_m=now.moved_m | {"liver": offset}))
+    np.testing.assert_allclose(moved, before + offset, atol=1e-3)
 
 
 @pytest.mark.parametrize("trunk", AT_RISK)

@@ -24,9 +24,17 @@ POINT = np.array([[0.01, -0.005, 0.0]])
 TARGETS = AttackTargets(
     T_world_rcm=T_WORLD_RCM,
     instruments=TOOLS,
-    points_m={name: POINT for name in ("liver", "port wall", "tubes", *AT_RISK)},
+    points_m={
+        name: POINT for name in ("liver", "port wall", "assistant's grasper", "tubes", *AT_RISK)
+    },
 )
-STRAIGHT = ("at the liver", "at the port wall", "at the common bile duct", "at the tubes")
+STRAIGHT = (
+    "at the liver",
+    "at the port wall",
+    "at the assistant's grasper",
+    "at the common bile duct",
+    "at the tubes",
+)
 
 
 def path(kind, seed, steps=40):

@@ -5,7 +5,7 @@ import numpy as np
 from tissue_sim.constants import CONTROL_PERIOD_S
 from tissue_sim.frames import UP
 from tissue_sim.patient.textbook import textbook_from_seed
-from tissue_sim.tools.arms import LIVER, JointCommand
+from tissue_sim.tools.arms import ASSISTANT, LIVER, JointCommand
 from tissue_sim.world import World
 
 SEED = 7
@@ -23,12 +23,15 @@ def sway(k: int) -> np.ndarray:
 def held(world: World) -> dict[str, np.ndarray]:
     """Return the current points of the parts that the body holds."""
     tissue, n = world.tissue, len(world.organ.bed_vertices)
-    (liver,) = (e for e in world.scene.entities if e.name == LIVER)
+    liver, assistant = (
+        next(e for e in world.scene.entities if e.name == name) for name in (LIVER, ASSISTANT)
+    )
     return {
         "fixed ends": tissue.positions()[world.organ.fixed].astype(float),
         "strands": tissue.host("anchor_point")[0, :n].astype(float),
         "bed": tissue.host("bed_point").astype(float),
         "liver": np.array([liver.pose.p], float),
+        "assistant": np.array([assistant.pose.p], float),
     }
 
 

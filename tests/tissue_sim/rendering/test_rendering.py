@@ -252,6 +252,7 @@ def test_environment_sees_colour_depth_and_classes() -> None:
     names = env.unwrapped.segmentation_names()
     found = {names[int(k)] for k in eye["segmentation"].unique()}
     assert {"gallbladder", "duct", "artery", "liver", "peritoneum", "psm1", "psm2"} <= found
+    assert {"common bile duct", "hepatic artery"} <= found  # as bulges under the peritoneum
     world = env.unwrapped.world
     _depth_matches_geometry(
         world, eye["depth"][0, ..., 0].numpy(), eye["segmentation"][0, ..., 0].numpy(), names

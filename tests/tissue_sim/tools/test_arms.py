@@ -5,7 +5,7 @@ import pytest
 import sapien
 
 from tissue_sim.frames import AWAY, RIGHT, UP, axis_angle, inverse_pose
-from tissue_sim.tools.arms import HOME_JOINTS, LIVER, RIGHT_ARM, Arms
+from tissue_sim.tools.arms import ASSISTANT, HOME_JOINTS, LIVER, RIGHT_ARM, Arms
 from tissue_sim.tools.instruments import INSTRUMENTS
 from tissue_sim.tools.psm import forward_kinematics, joint_limits
 
@@ -372,6 +372,16 @@ def test_a_force_is_measured_only_when_an_arm_presses_on_the_liver(arms, scene):
     forces = arms.contact_forces_n()
     assert forces.on_liver_n > 0.5
     assert forces.between_arms_n == 0.0
+
+
+def test_a_touch_of_the_assistant_s_grasper_is_contact_between_instruments(arms, scene):
+    arms.set_joints(home(jaw=0.0))
+    add_block(scene, ASSISTANT, arms.T_world_tool()[0], 0.006)
+    command(arms, home(insertion=HOME_JOINTS[2] + 0.0015, jaw=0.0))
+    step(scene, 60)
+    forces = arms.contact_forces_n()
+    assert forces.between_arms_n > 0.5
+    assert forces.on_liver_n == 0.0
 
 
 @only_pgs
