@@ -32,7 +32,7 @@ class SeatedClip:
     """One clip: on a tube at a station, or lying loose.
 
     Attributes:
-        tube: The tube, 0 left, 1 right; None if the clip caught neither.
+        tube: The tube's number in `TUBES`; None if the clip caught none.
         at: Station of the clip, counted in the tube's points.
         variance_m2: Variance of the station.
         place_m: (3,) place where the clip closed.
@@ -87,7 +87,7 @@ class Clips:
         return places_m, variance_m2
 
     def _close(self, T_endoscope_tool: Array, lines: Lines) -> None:
-        tubes = [tube_m(lines, k) for k in (0, 1)]
+        tubes = [tube_m(lines, k) for k in range(lines.n_tubes)]
         places = [nearest_to_jaws(tube, T_endoscope_tool, CLIP_LENGTH_M) for tube in tubes]
         tube = int(np.argmin([away for _, _, away in places]))
         k, share, away = places[tube]
@@ -136,7 +136,7 @@ def _on(lines: Lines, tube: int, at: float) -> Array:
 
 
 def tube_m(lines: Lines, tube: int) -> Array:
-    """Return the points (8, 3) of the left (0) or the right (1) tube."""
+    """Return the points (8, 3) of a tube, by its number in `TUBES`."""
     return lines.points_m[TUBE_POINTS * tube : TUBE_POINTS * (tube + 1)]
 
 

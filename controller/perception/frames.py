@@ -38,7 +38,7 @@ class Frames:
         there: (n, n_shown) whether the points exist.
         visible: (n, n_shown) whether the picture shows the points.
         radius: (n, `N_WIDE`) apparent radii of tubes and gallbladder, pixels.
-        flags: (n, 3) flags of `network.FLAGS`.
+        flags: (n, 4) flags of `network.FLAGS`.
     """
 
     rgb: Tensor
