@@ -10,7 +10,6 @@ from controller.body_place import BodyPlace
 from controller.safety.obstacles import LIVER, PORT_WALL, Surroundings, chained
 from planner.scene.duct_side import structure_seen
 from tissue_sim.frames import Array, transform, unit
-from tissue_sim.patient.anatomy import USUAL_TUBES
 from tissue_sim.patient.at_risk import BRANCHES, COMMON_DUCT, HEPATIC_ARTERY, RADIUS_M
 from tissue_sim.sensing.observation import ROWS, TRUNK_POINTS, TUBE_ROWS, Observation
 
@@ -73,9 +72,9 @@ class LineSeen:
 
 
 def lines_seen(observation: Observation) -> dict[str, LineSeen]:
-    """Return the lines of both tubes and of the structures at risk, by name."""
+    """Return the lines of the tubes that are there and of the structures at risk, by name."""
     lines = {}
-    for tube in USUAL_TUBES:
+    for tube in observation.tubes:
         lines[structure_seen(tube, observation)] = LineSeen(
             points_m=observation.tube_m(tube),
             radius_m=observation.radius_m(tube),

@@ -28,6 +28,7 @@ from tissue_sim.sensing.tissue_features import (
     tissue_features,
     tubes_there,
 )
+from tissue_sim.sensing.tube_rule import by_tube
 from tissue_sim.thresholds import RETRACTED_M, TAUT_MIN
 from tissue_sim.tools.arms import RIGHT_ARM
 
@@ -88,7 +89,7 @@ def _needed(now: dict[str, Tensor], k: int) -> Tensor:
     """Return the number of clips (B,) that tube k needs, as in `planner.scene.next_task`."""
     duct = is_duct(now)[:, k]
     length_m = now["rest_length_m"][:, k] + RATHER_MORE * now["rest_length_std_m"][:, k]
-    usual_m = torch.where(duct, needed_m("duct"), needed_m("artery"))
+    usual_m = by_tube(duct, now["tube_radius_m"][:, k], needed_m)
     return torch.where(length_m < usual_m, FEWEST_CLIPS, USUAL_CLIPS)
 
 

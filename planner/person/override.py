@@ -86,7 +86,6 @@ class PlannerOverridden:
         the planned act. So a `TaskClock` does not count orders of people or forbidden acts. If arms
         are to move slower, the planner's time also runs slower.
         """
-        self._room.update(observation)
         rests, passed_s = self._rests(observation), observation.time_s - self._seen_s
         self._seen_s = observation.time_s
         if rests:

@@ -1,4 +1,4 @@
-"""Decide which of the two tubes is the cystic duct, from the observation alone."""
+"""Decide which of the two usual tubes is the cystic duct, from the observation alone."""
 
 from __future__ import annotations
 
@@ -7,6 +7,7 @@ from math import erf, sqrt
 import numpy as np
 
 from planner.command import Structure, tube_where
+from planner.procedure.task import OPTIONAL_TUBES
 from tissue_sim.frames import Array
 from tissue_sim.patient.anatomy import USUAL_TUBES, Tube
 from tissue_sim.sensing.observation import ROWS, TUBE_POINTS, Observation
@@ -46,7 +47,9 @@ def side_confidence(observation: Observation) -> float:
 
 
 def structure_seen(tube: Tube, observation: Observation) -> Structure:
-    """Return the structure of a tube."""
+    """Return the structure of a tube; the third tube is the second artery."""
+    if tube in OPTIONAL_TUBES:
+        return "second artery"
     return "duct" if tube == duct_side(observation) else "artery"
 
 

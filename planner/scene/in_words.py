@@ -9,7 +9,7 @@ import numpy as np
 from planner.scene.duct_side import structure_seen
 from planner.scene.next_task import clips_on
 from tissue_sim.frames import Array
-from tissue_sim.patient.anatomy import USUAL_TUBES, Tube
+from tissue_sim.patient.anatomy import Tube
 from tissue_sim.sensing.observation import Observation
 from tissue_sim.sensing.polyline import distance_to_line_m
 from tissue_sim.tools.arms import LEFT_ARM, RIGHT_ARM
@@ -24,7 +24,7 @@ def scene_in_words(observation: Observation) -> str:
             f"Time: {observation.time_s:.0f} s.",
             _left_arm(observation),
             _right_arm(observation),
-            *(_tube(tube, observation) for tube in USUAL_TUBES),
+            *(_tube(tube, observation) for tube in observation.tubes),
         )
     )
 
@@ -52,7 +52,7 @@ def _right_arm(observation: Observation) -> str:
     if observation.right_instrument.deed == "clip":
         tool += ", loaded" if observation.clip_loaded else ", without a clip"
     tip = observation.tips_endoscope[RIGHT_ARM, :3, 3]
-    ways = "; ".join(_way_to(tube, tip, observation) for tube in USUAL_TUBES)
+    ways = "; ".join(_way_to(tube, tip, observation) for tube in observation.tubes)
     return f"Right arm: {tool}; {ways}."
 
 

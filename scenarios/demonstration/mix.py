@@ -149,7 +149,7 @@ def _is_asked_for(demonstration: PlannedDemonstration, artery_below_m: float) ->
 def shuffled_order(rng: np.random.Generator) -> tuple[Task, ...]:
     """Draw an order: grab first; each tube's clips and cut keep their order, the tubes mix.
 
-    The last task is the last of the usual order.
+    Both tubes end with the last task of the usual order. A third tube follows, as usual.
     """
     left, right = ([task for task in TASKS if task.tube == tube] for tube in USUAL_TUBES)
     order = [GRAB]
@@ -157,4 +157,5 @@ def shuffled_order(rng: np.random.Generator) -> tuple[Task, ...]:
         of_tube = left if not right or (left and rng.random() < 0.5) else right
         order += of_tube[:2]
         del of_tube[:2]
-    return (*order, TASKS[-1])
+    last = [task for task in TASKS if not task.is_optional][-1]
+    return (*order, last, *(task for task in TASKS if task.is_optional))

@@ -89,6 +89,17 @@ def writable(observation: Observation) -> Observation:
     return made
 
 
+def third_tube(observation: Observation, clips: int = 0) -> Observation:
+    """Return the observation with a third tube far behind the right one, and clips on it."""
+    made = writable(observation)
+    made.tubes_m[2] = made.tubes_m[1] + [-0.016, 0.0, 0.01]
+    for k in range(clips):
+        made.clips_m[made.n_clips + k] = made.tubes_m[2, 0] + [0.001, 0.006 + 0.006 * k, 0.0]
+    made.tube_radius_m[2], made.rest_length_m[2] = 0.0006, 0.028
+    made.hidden[:] = False
+    return replace(made, third_tube=1.0, n_clips=made.n_clips + clips)
+
+
 def with_tube(observation: Observation, tube: Tube, tube_m: np.ndarray) -> Observation:
     """Return the observation with other points (8, 3) of a tube."""
     tubes_m = observation.tubes_m.copy()

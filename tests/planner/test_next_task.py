@@ -5,9 +5,11 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from planner.scene.crossing import tubes_in_order
 from planner.scene.next_task import NotNowError, clips_on, next_of_all, next_task
-from tests.planner.observations import clipped, writable
+from tests.planner.observations import clipped, third_tube, with_tube, writable
 from tissue_sim.outcome.clip_rule import needed_m
+from tissue_sim.patient.anatomy import TUBES
 
 
 @pytest.mark.parametrize("tube", ["left", "right"])
@@ -84,3 +86,43 @@ def test_a_cut_tube_is_followed_by_the_other_and_then_by_nothing():
     assert said is not None
     assert said.text == "clipping second clip right tube"
     assert next_of_all(replace(seen, severed=np.array([True, True, False]))) is None
+
+
+def severed(*tubes):
+    return np.array([tube in tubes for tube in TUBES])
+
+
+@pytest.mark.parametrize(
+    ("clips", "due"),
+    [
+        (0, "clipping first clip third tube"),
+        (2, "clipping third clip third tube"),
+        (3, "go to the cutting position third tube"),
+    ],
+)
+def test_a_third_tube_that_is_seen_follows_the_two_others(clips, due):
+    seen = third_tube(clipped(3, 3), clips)
+    assert next_of_all(seen).text == "go to the cutting position left tube"
+    others_cut = replace(seen, severed=severed("left", "right"))
+    assert next_of_all(others_cut).text == due
+    assert next_of_all(replace(others_cut, third_tube=0.0)) is None
+    assert next_of_all(replace(seen, severed=severed(*TUBES))) is None
+
+
+def test_a_clip_on_the_third_tube_is_on_no_other():
+    seen = third_tube(clipped(1, 2), 3)
+    assert [clips_on(tube, seen) for tube in TUBES] == [1, 2, 3]
+
+
+def test_the_duct_comes_first_where_the_artery_crosses_it():
+    usual = clipped(duct="right")
+    assert next_of_all(usual).tube == "left"
+    artery_m, duct_m = usual.tube_m("left"), usual.tube_m("right")
+    crossing_m = artery_m.copy()
+    crossing_m[:, 0] = np.linspace(artery_m[0, 0], duct_m[-1, 0] - 0.004, len(artery_m))
+    crossing = with_tube(usual, "left", crossing_m)
+    assert tubes_in_order(crossing) == ("right", "left")
+    assert tubes_in_order(third_tube(crossing)) == ("right", "left", "third")
+    assert next_of_all(crossing).text == "clipping first clip right tube"
+    duct_cut = replace(crossing, severed=severed("right"))
+    assert next_of_all(duct_cut).text == "clipping first clip left tube"

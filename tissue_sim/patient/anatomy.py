@@ -137,11 +137,21 @@ class Anatomy:
         return first | ({"second artery": self.second_artery} if self.second_artery else {})
 
     @property
+    def artery_crosses(self) -> bool:
+        """Return whether the artery enters so far round the sac that it crosses the duct."""
+        return abs(self.artery_turn_rad) > math.pi / 2
+
+    @property
+    def tubes(self) -> tuple[Tube, ...]:
+        """Return the tubes to the gallbladder, as the endoscope shows them."""
+        return TUBES if self.second_artery else USUAL_TUBES
+
+    @property
     def variant(self) -> str:
         """Return the name of the uncommon course, the more important one of two, or "usual"."""
         if self.second_artery:
             return "two-arteries"
-        if abs(self.artery_turn_rad) > math.pi / 2:
+        if self.artery_crosses:
             return "artery-in-front" if self.artery_turn_rad > 0 else "artery-behind"
         if self.artery_on_left:
             return "swapped"

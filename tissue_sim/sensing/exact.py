@@ -65,6 +65,7 @@ def exact_observation(field: Field) -> Observation:
         pinch_n=field.record.grasp.pinch_n,
         tools=(field.arms.mounted[0].name, field.arms.mounted[1].name),
         clip_loaded=field.record.clip_loaded,
+        clip_kinds=tuple(clip.kind.name for clip in field.record.clips),
         **points_by_name(points),
         n_clips=len(field.record.clips),
         **_of_tubes(field),

@@ -24,7 +24,7 @@ from tissue_sim.tools.instruments import GRASPER, INSTRUMENTS, Instrument, right
 TUBE_POINTS = 8  # along each tube, from the fixed end up
 SAC_POINTS = 5  # along the infundibulum, from the neck up
 TRUNK_POINTS = 4  # along each structure at risk
-MAX_CLIPS = 8
+MAX_CLIPS = 12  # nine of a patient with a third tube, and some that were repeated
 LIKELY = 0.5  # a third tube is there from this probability on
 POINTS = {
     "tubes_m": len(TUBES) * TUBE_POINTS,
@@ -65,6 +65,7 @@ class Encoded:
         pinch_n: Force of the grasper's jaws on the tissue between them.
         tools: Names of the mounted instruments.
         clip_loaded: Whether the applier holds a clip.
+        clip_kinds: Names of the kinds of all clips that the applier closed or dropped, in order.
         T_world_endoscope: (4, 4) the endoscope's pose, from its holder's encoders.
         shaft_offset_m: (2,) distance of each shaft from its remote centre, by the arm's sensors.
     """
@@ -76,6 +77,7 @@ class Encoded:
     pinch_n: float
     tools: tuple[str, str]
     clip_loaded: bool
+    clip_kinds: tuple[str, ...] = ()
     T_world_endoscope: Array = field(default_factory=lambda: np.eye(4))
     shaft_offset_m: Array = field(default_factory=lambda: np.zeros(2))
 
@@ -98,8 +100,8 @@ class Observation(Encoded):
         sac_m: (5, 3) axis of the infundibulum.
         common_bile_duct_m, hepatic_artery_m: (4, 3) points of the centrelines of the structures at
             risk.
-        clips_m: (8, 3) clips in order of closing, zeros beyond `n_clips`.
-        n_clips: Number of clips closed so far; the last eight have places.
+        clips_m: (`MAX_CLIPS`, 3) clips in order of closing, zeros beyond `n_clips`.
+        n_clips: Number of clips closed so far; the last `MAX_CLIPS` have places.
         severed: (3,) whether each tube is cut or torn through.
         tube_radius_m: (3,) outer radii of the tubes.
         rest_length_m: (3,) lengths of the tubes before any traction.

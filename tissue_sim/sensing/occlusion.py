@@ -17,8 +17,9 @@ from tissue_sim.patient.at_risk import AT_RISK, RADIUS_M
 from tissue_sim.sensing.cameras import CameraSpec, T_world_camera
 from tissue_sim.sensing.observation import N_POINTS, ROWS, TUBE_POINTS, Observation
 from tissue_sim.sensing.ray_tests import RayMesh, blocked
+from tissue_sim.tools.clips import CLIPS
 from tissue_sim.tools.instrument_meshes import link_parts
-from tissue_sim.tools.instruments import CLIP_LENGTH_M, PATCH_LINKS, Instrument
+from tissue_sim.tools.instruments import PATCH_LINKS, Instrument
 
 EYES = ("endoscope_left", "wrist_left", "wrist_right")  # the right eye's view equals the left one's
 DEPTH_M = 0.0015  # assumed: depth behind the first surface at which a wall is still visible
@@ -91,7 +92,7 @@ def _joined(meshes: list[trimesh.Trimesh]) -> RayMesh:
 
 def depths_m(observation: Observation) -> NDArray[np.float32]:
     """Return the depth (`N_POINTS`,) of each point below the wall of its structure."""
-    deep = {"sac_m": SAC_DEPTH_M, "clips_m": CLIP_LENGTH_M}
+    deep = {"sac_m": SAC_DEPTH_M, "clips_m": max(kind.length_m for kind in CLIPS.values())}
     for name, trunk in zip(("common_bile_duct_m", "hepatic_artery_m"), AT_RISK, strict=True):
         deep[name] = RADIUS_M[trunk]
     depths = np.zeros(N_POINTS, np.float32)

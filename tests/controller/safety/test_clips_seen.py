@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from controller.safety.clips_seen import crowded_by_clips, lacking_clips
-from tests.planner.observations import clipped
+from tests.planner.observations import clipped, third_tube
 from tissue_sim.outcome.clip_rule import needed_m
 from tissue_sim.patient.at_risk import AT_RISK
 from tissue_sim.sensing.observation import N_POINTS, Observation
@@ -31,6 +31,12 @@ def test_a_cut_needs_three_clips_on_a_long_tube_and_two_on_a_short_one():
     assert lacking(clipped(left=2)) == {"duct", "artery"}
     assert lacking(of_length(needed_m("duct") - 0.001, std_m=0.0)) == {"artery"}
     assert lacking(clipped(left=1)) == {"duct", "artery"}
+
+
+def test_a_third_tube_that_is_there_needs_its_clips_too():
+    seen = clipped(left=3, right=3)
+    assert lacking(third_tube(seen, 2)) == {"second artery"}
+    assert lacking(third_tube(seen, 3)) == set()
 
 
 @pytest.mark.parametrize(("std_m", "demanded"), [(0.0, True), (0.0006, False)])

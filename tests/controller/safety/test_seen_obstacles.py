@@ -18,9 +18,12 @@ from controller.safety.seen_obstacles import (
 from tests.worlds import textbook_world
 from tissue_sim.patient.at_risk import AT_RISK
 from tissue_sim.patient.organ import TUBES
+from tissue_sim.patient.textbook import textbook_from_seed
+from tissue_sim.patient.variants import variant
 from tissue_sim.sensing.observation import N_POINTS
 from tissue_sim.surgery.parting import part_ring
 from tissue_sim.tools.arms import JointCommand
+from tissue_sim.world import World
 
 WITHIN_M = 0.5e-3  # of centrelines; the margin beside structures at risk is as large
 
@@ -28,6 +31,13 @@ WITHIN_M = 0.5e-3  # of centrelines; the margin beside structures at risk is as 
 @pytest.fixture(params=[10_000, 10_001, 10_002], scope="module")
 def world(request):
     return textbook_world(request.param)
+
+
+@pytest.fixture(scope="module")
+def two_arteries():
+    world = World()
+    world.reset(variant("two-arteries", textbook_from_seed(10_000)))
+    return world
 
 
 def ends(capsules: Capsules, name: str) -> tuple[np.ndarray, np.ndarray]:
@@ -54,6 +64,12 @@ def test_seen_exactly_lines_are_those_of_the_tissue(world, name):
     assert observation.radius_m[observation.of(name)].max() == pytest.approx(
         true.radius_m[true.of(name)].max(), rel=1e-6
     )
+
+
+def test_a_third_tube_is_an_obstacle_where_it_is_seen(two_arteries):
+    test_seen_exactly_lines_are_those_of_the_tissue(two_arteries, "second artery")
+    seen = two_arteries.observe()
+    assert "second artery" not in lines_seen(replace(seen, third_tube=0.0))
 
 
 def test_no_capsule_of_a_severed_tube_spans_its_cut(world):
