@@ -23,6 +23,7 @@ from tissue_sim.sensing.observation import (
     N_POINTS,
     POINTS_BEGIN,
     POINTS_END,
+    ROWS,
     TUBE_ROWS,
     fields,
 )
@@ -32,6 +33,7 @@ from tissue_sim.tools.arms import RIGHT_ARM
 
 Floats = NDArray[np.float32]
 MOST_DOUBT = 0.49  # of a third tube: this sense never mistakes the number of tubes; assumed
+_COVERED = ROWS["common_bile_duct_m"], ROWS["hepatic_artery_m"]
 NEIGHBOUR = 0.8  # correlation of the errors of neighbouring points of a line, measured
 
 
@@ -143,6 +145,8 @@ class Tracker:
         share = np.clip((away_m - SHARP_M) / (BLURRED_M - SHARP_M), 0.0, 1.0)
         scale = 1.0 + (model.far - 1.0) * share
         scale[N_LINE:] = 1.0
+        for rows in _COVERED:
+            scale[rows] *= model.covered
         self._error_m = scale * np.sqrt(
             model.shared_m**2
             + model.scene_m**2
