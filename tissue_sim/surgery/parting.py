@@ -55,6 +55,5 @@ def part_ring(tubes: Tubes, tube: str, ring: int, given_way: NDArray[np.bool_]) 
         tubes.above[tube][ring, np.flatnonzero(vertices == parent)[0]] = n + k
     around = tissue.host("ring_above")[b, tubes.organ.hollow.index(tube), ring]
     around[:] = tubes.above[tube][ring, -len(around) :]
-    tissue.remove_loose_from_parts(b)
     tissue.rewire(b)
     return True
