@@ -9,10 +9,13 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from tests.tissue_sim.treatment import TUBE, assert_same, clip_and_cut, run
+from tests.tissue_sim.verification.bodies import astride
 from tests.worlds import textbook_world
 from tissue_sim.frames import Array
 from tissue_sim.mechanics.tissue import TissueConfig
 from tissue_sim.patient.textbook import textbook_from_seed
+from tissue_sim.surgery.clip import latch
+from tissue_sim.surgery.cut import sever
 from tissue_sim.surgery.injury import InjuryMonitor, LimitReading
 from tissue_sim.surgery.tear import Load, tear
 from tissue_sim.tools.arms import HOME_JOINTS, RIGHT_ARM, JointCommand
@@ -47,7 +50,44 @@ def tear_and_open(world: World) -> None:
     world.sac.open(np.arange(60, 70, dtype=np.int32))
 
 
-TREATMENTS = {"none": lambda _: None, "clip and cut": clip_and_cut, "tear": tear_and_open}
+def graze(world: World) -> None:
+    """Close the blades where they touch the tube's edge alone, away from the nearest ring."""
+    station_m = world.tubes.stations_m[TUBE][6] + 0.0006
+    beyond_m = -0.9 * world.tubes.radius_m(TUBE)
+    assert (
+        sever(world.tubes, astride(world.tubes, TUBE, station_m, beyond_m=beyond_m), time_s=0.0)
+        == ()
+    )
+
+
+def clip_a_vertex(world: World) -> None:
+    """Close a clip whose tip holds so few vertices that no spring squeezes them."""
+    station_m, radius_m = world.tubes.stations_m[TUBE][6], world.tubes.radius_m(TUBE)
+    T = astride(world.tubes, TUBE, station_m, beyond_m=-0.8 * radius_m)
+    clip = latch(world.tubes, T, number=1, time_s=world.record.time_s)
+    assert clip.vertices
+    assert not clip.links
+    world.record = replace(world.record, clips=(clip,))
+
+
+def break_ties(world: World) -> None:
+    """Tear the tube out of the gallbladder in one step."""
+    strength = world.tissue.host("tie_strength")
+    before = strength.copy()
+    strength[0, world.tubes.tie_rows[TUBE]] = 0.0
+    run(world, SAVED_AT, SAVED_AT + 1)
+    strength[:] = before
+    assert not world.tissue.host("tie_stiffness")[0, world.tubes.tie_rows[TUBE]].any()
+
+
+TREATMENTS = {
+    "none": lambda _: None,
+    "clip and cut": clip_and_cut,
+    "tear": tear_and_open,
+    "graze": graze,
+    "clip on a vertex": clip_a_vertex,
+    "broken ties": break_ties,
+}
 
 
 @pytest.mark.parametrize("treat", TREATMENTS.values(), ids=TREATMENTS)
