@@ -42,7 +42,8 @@ def record_step(field: Field, step_s: float, beyond_rad: float, intended: str | 
     monitor = InjuryMonitor(r.injuries, r.broken_limits, r.peaks)
     pushes = pushes_n(field.tubes, r.clips)
     r = _use_right_tool(field, time_s, intended, monitor)
-    for clip, force_n in pushes:
+    for pushed, force_n in pushes:
+        clip = r.clips[pushed.number - 1]  # a cut may just have moved its springs
         pull = Pull(number=clip.number, force_world_n=force_n, grip_n=grip_n(field.tubes, clip))
         r = _pull(field, r, pull, step_s, monitor)
     field.tissue.load_walls()
@@ -153,14 +154,16 @@ def _tear(field: Field, r: Record, loads: Sequence[Load], time_s: float) -> Reco
 
 
 def _clips_beside_tools(field: Field, clips: Sequence[Clip], step_s: float) -> tuple[Clip, ...]:
-    """Return the clips after instruments and gravity have moved them.
+    """Return the clips after instruments, gravity and the body have moved them.
 
-    A clip may leave the jaws, be pushed aside, or fall.
+    A clip may leave the jaws, be pushed aside, fall, or move with the body on which it lies.
     """
     shapes = field.arms.contact_shapes()
     now = [leave_jaws(field.tubes, clip, shapes) for clip in clips]
     now = [push_aside(clip, shapes) if clip.lost else clip for clip in now]
-    return tuple(fall(clip, field.organ.bed, step_s) for clip in now)
+    bed, offset_m = field.organ.bed, field.body.offset_m
+    moved_m = step_s * field.body.velocity_m_s
+    return tuple(fall(clip, bed, offset_m, moved_m, step_s) for clip in now)
 
 
 def _part_clips(field: Field, r: Record) -> Record:
