@@ -19,6 +19,7 @@ from tissue_sim.surgery.injury import InjuryMonitor
 from tissue_sim.surgery.leak import hole_leak, leaks, root_leaks
 from tissue_sim.surgery.loose_clip import fall, push_aside
 from tissue_sim.surgery.record import Record
+from tissue_sim.surgery.spill import mouth_m, spilt_more
 from tissue_sim.surgery.tear import Load, tear, worst_load
 from tissue_sim.thresholds import PIERCED_M, SAC_MAX_STRETCH
 from tissue_sim.tools.arms import LEFT_ARM, RIGHT_ARM
@@ -185,16 +186,18 @@ def _pull(field: Field, r: Record, pull: Pull, step_s: float, monitor: InjuryMon
 
 
 def _leak(field: Field, r: Record, step_s: float) -> Record:
-    """Find the current leaks, and add up the lost volume."""
+    """Find the current leaks, and add up the lost volume and its places."""
     fullness = max(1.0 - r.drained_m3 / field.sac.contents_m3, 0.0)
     leaking = leaks(field.tubes, r.clips, r.openings, fullness=fullness)
     leaking += hole_leak(field.sac, fullness=fullness)
     leaking += root_leaks(field.tubes, r.clips, fullness=fullness)
     if not leaking and not r.leaks:
         return r
+    places_m = [mouth_m(field.tubes, field.sac, x) - field.body.offset_m for x in leaking]
     return replace(
         r,
         leaks=leaking,
+        spilt=spilt_more(r.spilt, leaking, places_m, step_s),
         leaked_m3=r.leaked_m3 + step_s * sum(x.rate_m3_s for x in leaking),
         drained_m3=r.drained_m3 + step_s * sum(x.rate_m3_s for x in leaking if x.drains_sac),
     )
