@@ -18,7 +18,7 @@ from tissue_sim.surgery.clip import latch
 from tissue_sim.surgery.cut import sever
 from tissue_sim.surgery.injury import InjuryMonitor, LimitReading
 from tissue_sim.surgery.tear import Load, tear
-from tissue_sim.tools.arms import HOME_JOINTS, RIGHT_ARM, JointCommand
+from tissue_sim.tools.arms import HOME_JOINTS, RIGHT_ARM, Arms, JointCommand
 from tissue_sim.world import World, WorldConfig
 
 SEED = 5
@@ -200,6 +200,30 @@ def test_what_is_no_patient_is_refused_and_the_patient_stays(world: World) -> No
     with pytest.raises(ValueError, match=r"anatomy = 3 must be an Anatomy"):
         world.reset(3)  # pyright: ignore[reportArgumentType]
     assert_same(world.state(), before)
+
+
+def test_a_new_tool_is_never_driven_beyond_its_limits(
+    world: World, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Open scissors wider than a clip applier opens, and exchange them."""
+    driven = []
+
+    def drive(arms: Arms, joints: Array) -> None:
+        driven.append(joints.copy())
+        limits = arms.limits
+        assert (joints >= limits[..., 0] - 1e-12).all()
+        assert (joints <= limits[..., 1] + 1e-12).all()
+
+    monkeypatch.setattr(Arms, "drive", drive)
+    world.equip("scissors")
+    wide = world.target
+    wide[RIGHT_ARM, 4:] = 1.2, 0.0, 1.2
+    world.step(JointCommand(joints=wide))
+    np.testing.assert_array_equal(world.target, wide)
+    world.equip("clip_applier")
+    assert (world.target != wide).any()
+    world.step(JointCommand(joints=world.target))
+    assert len(driven) == 8
 
 
 def test_a_pull_at_an_unknown_clip_names_the_clips_there_are(world: World) -> None:
