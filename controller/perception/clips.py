@@ -123,11 +123,10 @@ class Clips:
         way_m = float(np.linalg.norm(ends[1] - ends[0])) / step
         (pixel, beside), _ = picture.project(ends)
         along = (beside - pixel) / (step * way_m)  # pixels a metre
-        noise = (SAME_LOOKS * EVIDENCE_PX**2 + float(along @ along) * PLACED_M**2) / max(
-            float(along @ along), 1.0
-        )
+        square = max(float(along @ along), 1.0)
+        noise = (SAME_LOOKS * EVIDENCE_PX) ** 2 / square + PLACED_M**2
         gain = clip.variance_m2 / (clip.variance_m2 + noise)
-        moved_m = gain * float(along @ (found - pixel)) / max(float(along @ along), 1.0)
+        moved_m = gain * float(along @ (found - pixel)) / square
         clip.at = float(np.clip(clip.at + moved_m / max(way_m, 1e-6), 0.0, TUBE_POINTS - 1.0))
         clip.variance_m2 *= 1.0 - gain
 

@@ -5,9 +5,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from controller.perception.clips import Clips, tube_m
+from controller.perception.clips import EVIDENCE_PX, PLACED_M, Clips, tube_m
 from controller.perception.cuts import Cuts
-from controller.perception.fusion import Lines
+from controller.perception.fusion import SAME_LOOKS, Lines
 from controller.perception.graph import Shown
 from controller.perception.network import FLAGS
 from controller.perception.prior import Prior
@@ -102,6 +102,23 @@ def test_a_clip_moves_with_its_tube(lines: Lines):
     before = clips.places(lines)[0][0]
     lines.hold(tube_m(lines, 0)[3] + np.array([0.004, 0.0, 0.0]), (3, 0.5), np.eye(3)[:2], 1e-5)
     assert clips.places(lines)[0][0, 0] - before[0] > 0.001
+
+
+def test_a_look_at_a_clip_counts_as_much_as_a_look_at_any_mark(lines: Lines):
+    """A clip's pixel errs by `SAME_LOOKS` standard deviations of one look, as all evidence does."""
+    place_m = np.array([0.0, 0.009, 0.0])  # at the fourth point of the left tube
+    clips = closed(lines, place_m)
+    pictures, shown = says(lines, 0, ends=False)
+    ((column, row),), _ = pictures["view"].project(place_m[None])
+    shown["view"].dense[0, int(row / 4), int(column / 4)] = 6.0
+
+    def along_m2() -> float:
+        return 3.0 * float(clips.places(lines)[1][0] - lines.variance_m2[3])
+
+    before_m2 = along_m2()
+    assert clips.look(pictures, shown, lines) == {0: True}
+    error_m2 = (SAME_LOOKS * EVIDENCE_PX * 0.1 / 200.0) ** 2 + PLACED_M**2
+    assert 1.0 / along_m2() - 1.0 / before_m2 == pytest.approx(1.0 / error_m2, rel=0.05)
 
 
 def test_changing_the_tool_is_no_clip(lines: Lines):

@@ -148,7 +148,8 @@ def test_structures_at_risk_lie_under_peritoneum_and_are_told_less_well() -> Non
         std_m[name] = looks[0].std_m
     for trunk in ("common_bile_duct_m", "hepatic_artery_m"):
         rows = ROWS[trunk]
-        np.testing.assert_allclose(std_m["covered"][rows], covered.covered * std_m["bare"][rows])
+        factor = std_m["covered"][rows] / std_m["bare"][rows]
+        assert factor == pytest.approx(covered.covered, rel=0.01)  # white errors are as small
         assert size_m["covered"][rows].mean() == pytest.approx(
             std_m["covered"][rows].mean(), rel=0.1
         )
