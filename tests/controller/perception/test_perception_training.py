@@ -86,6 +86,15 @@ def no_zip(path: Path) -> None:
         np.save(file, np.zeros(3))
 
 
+def of_two_tubes(path: Path) -> None:
+    """Leave the points of the third tube out, as an older version did."""
+    with np.load(path) as file:
+        columns = dict(file)
+    rows = np.delete(np.arange(N_SHOWN), TUBE_ROWS["third"])
+    columns["there"] = columns["there"][:, rows]
+    np.savez(path, **columns)
+
+
 @pytest.mark.parametrize(
     "spoil",
     [
@@ -95,8 +104,9 @@ def no_zip(path: Path) -> None:
         lambda path: np.savez(path, header="a recording"),
         lambda path: pictures(path, 2, size=(32, 96)),
         no_zip,
+        of_two_tubes,
     ],
-    ids=["empty", "cut short", "text", "a recording", "smaller pictures", "one array"],
+    ids=["empty", "cut short", "text", "a recording", "smaller pictures", "one array", "two tubes"],
 )
 def test_a_file_without_labelled_frames_is_one_line(tmp_path: Path, spoil: Callable) -> None:
     files = [pictures(tmp_path / f"{seed}.npz", seed) for seed in (1, 2)]
