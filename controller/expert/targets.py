@@ -11,7 +11,7 @@ from controller.expert.approach import USUAL, Approach
 from controller.expert.motion import CLEARANCE_M
 from tissue_sim.frames import AWAY, LEFT, RIGHT, Array, pose, unit
 from tissue_sim.outcome import clip_rule
-from tissue_sim.outcome.clip_rule import clips_needed, cut_room_m, least_high_margin_m, spacing_m
+from tissue_sim.outcome.clip_rule import clips_needed, cut_room_m, high_margin_m, spacing_m
 from tissue_sim.outcome.predicates import applier_on, straightness
 from tissue_sim.patient.organ import TUBES
 from tissue_sim.patient.tubes import Tubes
@@ -74,7 +74,7 @@ def clip_pose(world: World, tube: str, k: int, approach: Approach = USUAL) -> Ar
     below = sorted(clips_at_m(world, tube))[:n_below]
     if below and len(below) == n_below:
         room_m = cut_room_m(applier) if n_below == len(stations) - 1 else spacing_m(applier)
-        highest_m = world.tubes.length_m[tube] - least_high_margin_m(applier)
+        highest_m = world.tubes.length_m[tube] - high_margin_m(tube, applier)
         station_m = min(max(station_m, below[-1] + room_m), highest_m)
     return _on_tube(world, tube, station_m, 0.5 * applier.mouth_m[0], approach)
 

@@ -100,7 +100,10 @@ def _clip(
     T, kind = field.arms.T_world_tool()[RIGHT_ARM], clip_of(field.arms.mounted[RIGHT_ARM])
     clip = latch(field.tubes, T, kind, number=len(r.clips) + 1, time_s=time_s)
     meant = intended if intended is not None else field.tubes.nearest(T, kind.length_m)
-    for reading in (*injuries.wrongly_clipped(clip, meant), *abuses.clipped_twice(r.clips, clip)):
+    for reading in (
+        *injuries.wrongly_clipped(r.clips, clip, meant),
+        *abuses.clipped_twice(r.clips, clip),
+    ):
         monitor.add(reading, time_s)
     return replace(r, clips=(*r.clips, clip), clip_loaded=False)
 
