@@ -32,11 +32,11 @@ def tube_meant(reading: Reading, task: Task, observation: Observation) -> Tube:
     if named:
         require_there(named, observation)
         return named
-    order = (task.tube, *tubes_in_order(observation))
-    lacking = (tube for tube in order if tube and _lacks_a_clip(tube, observation))
-    if (tube := next(lacking, None)) is None:
-        raise NotNowError("no tube lacks a clip")
-    return tube
+    order: list[Tube] = [task.tube] if task.tube else []
+    for tube in (*order, *tubes_in_order(observation)):
+        if _lacks_a_clip(tube, observation):
+            return tube
+    raise NotNowError("no tube lacks a clip")
 
 
 def chosen_applier(said: Applier, tube: Tube, observation: Observation) -> Instrument:
@@ -53,10 +53,10 @@ def chosen_applier(said: Applier, tube: Tube, observation: Observation) -> Instr
     clip, wide_m = clip_of(wanted), 2.0 * observation.radius_m(tube)
     if not clip.fits(wide_m):
         least, most = (f"{1e3 * end_m:.1f}" for end_m in clip.vessel_m)
+        sizes = f"{least} to {most} mm" if clip.vessel_m[0] else f"up to {most} mm"
         name = structure_seen(tube, observation)
         raise NotNowError(
-            f"the {name} looks {1e3 * wide_m:.1f} mm wide, and a {clip.name} clip is for"
-            f" {least} to {most} mm"
+            f"the {name} looks {1e3 * wide_m:.1f} mm wide, and a {clip.name} clip is for {sizes}"
         )
     return wanted
 
