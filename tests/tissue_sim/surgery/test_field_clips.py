@@ -18,7 +18,7 @@ from tissue_sim.patient.organ import TUBES
 from tissue_sim.patient.textbook import textbook_from_seed
 from tissue_sim.patient.tubes import Tubes
 from tissue_sim.surgery import events as record_events
-from tissue_sim.surgery.clip import Clip, latch
+from tissue_sim.surgery.clip import Clip, grip_n, latch
 from tissue_sim.surgery.clip_slip import Pull, apply_pull
 from tissue_sim.surgery.cut import BLADE_LENGTH_M, sever
 from tissue_sim.surgery.leak import leaks
