@@ -86,7 +86,6 @@ class PlannerOverridden:
         the planned act. Meanwhile, and while a tool is exchanged, the planner's clock stands still.
         If arms are to move slower, the planner's time also runs slower.
         """
-        self._room.update(observation)
         self._run_clock(observation)
         if self._rests(observation):
             return self.in_force(observation)

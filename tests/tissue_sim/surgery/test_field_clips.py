@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from controller.kinematics import inverse_kinematics
+from tests.tissue_sim.kinds import POLYMER
 from tests.tissue_sim.patients import retention_n
 from tests.tissue_sim.verification.bodies import astride
 from tissue_sim.frames import AWAY, UP, Array, inverse_pose
@@ -17,7 +18,7 @@ from tissue_sim.patient.organ import TUBES
 from tissue_sim.patient.textbook import textbook_from_seed
 from tissue_sim.patient.tubes import Tubes
 from tissue_sim.surgery import events as record_events
-from tissue_sim.surgery.clip import CLIP_LENGTH_M, CLIP_WIDTH_M, Clip, grip_n, latch
+from tissue_sim.surgery.clip import Clip, grip_n, latch
 from tissue_sim.surgery.clip_slip import Pull, apply_pull
 from tissue_sim.surgery.cut import BLADE_LENGTH_M, sever
 from tissue_sim.surgery.leak import leaks
@@ -51,7 +52,7 @@ def close_applier(world: World, T_world_tool: Array, intended: str | None = None
     return world.record.clips[-1]
 
 
-def on_tube(world: World, tube: str, beyond_m: float = 0.5 * CLIP_LENGTH_M) -> Array:
+def on_tube(world: World, tube: str, beyond_m: float = 0.5 * POLYMER.length_m) -> Array:
     return astride(world.tubes, tube, 0.4 * world.tubes.length_m[tube], beyond_m=beyond_m)
 
 
@@ -92,14 +93,14 @@ def test_the_tube_between_the_jaws_is_intended_although_the_other_is_nearer_to_t
     bring_artery_to_duct(world, 0.004, T[:3, 2])
     distance = {t: np.linalg.norm(world.tubes.centres(t) - T[:3, 3], axis=1).min() for t in TUBES}
     assert distance["artery"] < distance["duct"]  # distances from the tip
-    assert world.tubes.nearest(T, CLIP_LENGTH_M) == "duct"
+    assert world.tubes.nearest(T, POLYMER.length_m) == "duct"
 
 
 @pytest.mark.parametrize("intended", TUBES)
 def test_one_clip_across_both_tubes_is_an_injury_and_counts_for_neither(
     world: World, intended: str
 ) -> None:
-    T = on_tube(world, "duct", beyond_m=CLIP_LENGTH_M - 0.002)
+    T = on_tube(world, "duct", beyond_m=POLYMER.length_m - 0.002)
     put_right_tool(world, T, 0.6)
     bring_artery_to_duct(world, -0.0002, T[:3, 2])  # pressed together; a gap lets one slip out
     put_right_tool(world, T, 0.0, intended)
@@ -114,14 +115,14 @@ def test_one_clip_across_both_tubes_is_an_injury_and_counts_for_neither(
 
 def clipped_and_cut(world: World, cuff_m: float) -> None:
     """Clip the duct and cut it above the clip, at this distance from it."""
-    clip = latch(world.tubes, on_tube(world, "duct"), number=1, time_s=0.0)
+    clip = latch(world.tubes, on_tube(world, "duct"), POLYMER, number=1, time_s=0.0)
     station = clip.crossings[0].station_m
-    high = astride(world.tubes, "duct", station + 0.008, beyond_m=0.5 * CLIP_LENGTH_M)
-    above = latch(world.tubes, high, number=2, time_s=0.0)
+    high = astride(world.tubes, "duct", station + 0.008, beyond_m=0.5 * POLYMER.length_m)
+    above = latch(world.tubes, high, POLYMER, number=2, time_s=0.0)
     world.record = replace(world.record, clips=(clip, above))
     for _ in range(15):
         world.step(HOME)
-    end = station + 0.5 * CLIP_WIDTH_M + cuff_m
+    end = station + 0.5 * POLYMER.width_m + cuff_m
     cuts = sever(
         world.tubes, astride(world.tubes, "duct", end, beyond_m=BLADE_LENGTH_M / 2), time_s=0.0
     )
@@ -132,8 +133,8 @@ def clipped_and_cut(world: World, cuff_m: float) -> None:
 def cut_under_a_clip(world: World) -> None:
     """Close scissors under the edge of a clip on the duct."""
     at = world.tubes.stations_m["duct"][8]
-    T = astride(world.tubes, "duct", at + 0.0008, beyond_m=0.5 * CLIP_LENGTH_M)
-    clip = latch(world.tubes, T, number=1, time_s=0.0)
+    T = astride(world.tubes, "duct", at + 0.0008, beyond_m=0.5 * POLYMER.length_m)
+    clip = latch(world.tubes, T, POLYMER, number=1, time_s=0.0)
     assert 8 in clip.rings[0]
     world.record = replace(world.record, clips=(clip,))
     for _ in range(10):
@@ -339,7 +340,7 @@ def test_of_several_crossings_the_one_nearest_to_the_jaws_middle_counts(world: W
         at = np.array([np.interp(near, list(d), list(d.values())) for d in (places, y_mm)] + [-4.0])
         target = T[:3, :3] @ (1e-3 * at) + T[:3, 3]
         x[rings[r]] += (target - x[rings[r, 0]]).astype(np.float32)
-    crossing = tubes.crossing("duct", T, CLIP_LENGTH_M)
+    crossing = tubes.crossing("duct", T, POLYMER.length_m)
     assert crossing is not None
     assert crossing.ring in (4, 5)  # y = 1.1 mm there; 3 mm and -1.4 mm at the others
     assert crossing.point_m[0] == pytest.approx(0.0, abs=1e-6)
@@ -347,7 +348,7 @@ def test_of_several_crossings_the_one_nearest_to_the_jaws_middle_counts(world: W
 
 
 def test_a_tube_beside_the_closing_jaws_is_not_in_the_clip(world: World) -> None:
-    T = on_tube(world, "duct", beyond_m=CLIP_LENGTH_M - 0.002)
+    T = on_tube(world, "duct", beyond_m=POLYMER.length_m - 0.002)
     put_right_tool(world, T, 0.3)
     put_right_tool(world, T, 0.2)
     radii_m = sum(world.tubes.radius_m(tube) for tube in TUBES)
