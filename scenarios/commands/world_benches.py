@@ -1,9 +1,13 @@
 """Benches of the world: its speed, alone and with the stack, its laws, its patients."""
 
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Annotated, ClassVar
 
+from tyro.conf import arg
+
 from scenarios.commands.bench_shared import Measurement, TrialBench
+from scenarios.commands.folder_options import require_writable_file
 from scenarios.commands.typed_options import MOST_SEED, at_least
 
 
@@ -83,10 +87,18 @@ class Parallel(Measurement):
 
 @dataclass(frozen=True, kw_only=True)
 class Population(Measurement):
-    """Compare the patients that seeds draw with the published population."""
+    """Compare the patients that seeds draw with the published ones; which can be operated?"""
 
     bench: ClassVar[str] = "scenarios.bench.population:bench_population"
     seed: Annotated[int, at_least(0, MOST_SEED)] = 0
     """Seed of the first patient; each further one takes the next."""
     patients: Annotated[int, at_least(1)] = 10_000
     """Number of patients."""
+    plot: Annotated[Path | None, arg(metavar="FILE")] = None
+    """Also plot the distributions beside the published ones, as a PNG."""
+
+    def execute(self) -> int:
+        """Check where the plot goes; then measure and report."""
+        if self.plot is not None:
+            require_writable_file(self.plot, "--plot")
+        return super().execute()

@@ -11,6 +11,7 @@ from typing import Any, Literal, get_args
 import numpy as np
 
 from tissue_sim.patient.population import Colour, draw
+from tissue_sim.patient.published import LONGEST_M, SHORTEST_M
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -24,11 +25,11 @@ class Range:
 RANGES: dict[str, Range] = {  # assumed: where the mesh and the tools still make sense
     "gallbladder_length_m": Range(least=0.045, most=0.130),
     "gallbladder_width_m": Range(least=0.018, most=0.055),
-    "duct_length_m": Range(least=0.006, most=0.055),
+    "duct_length_m": Range(least=SHORTEST_M, most=LONGEST_M),
     "duct_diameter_m": Range(least=0.001, most=0.008),
     "duct_angle_rad": Range(least=-0.3, most=1.0),
     "duct_slack": Range(least=0.0, most=0.3),
-    "artery_length_m": Range(least=0.006, most=0.055),
+    "artery_length_m": Range(least=SHORTEST_M, most=LONGEST_M),
     "artery_diameter_m": Range(least=0.0008, most=0.005),
     "artery_angle_rad": Range(least=-0.3, most=1.0),
     "artery_slack": Range(least=0.0, most=0.3),
@@ -44,6 +45,7 @@ RANGES: dict[str, Range] = {  # assumed: where the mesh and the tools still make
 COUNTS: dict[str, Range] = {  # assumed
     "remnants": Range(least=0, most=6),
     "fat_strands": Range(least=0, most=40),
+    "fat_lobules": Range(least=0, most=12),
 }
 Tube = Literal["left", "right", "third"]
 """The tubes as the endoscope shows them; a second artery is the third."""
@@ -85,7 +87,8 @@ class Anatomy:
 
     `remnants` and `fat_strands` count strands of connective tissue that the dissection left.
     Remnants join duct and artery near the sac. Fat strands join duct, artery and sac over the
-    tubes' whole length.
+    tubes' whole length. `fat_lobules` counts lumps of fat beside the tubes. `lymph_node` is whether
+    the cystic node is still in place. Lumps and node hold nothing.
     """
 
     seed: int
@@ -110,6 +113,8 @@ class Anatomy:
     endoscope_distance_m: float
     remnants: int
     fat_strands: int
+    fat_lobules: int
+    lymph_node: bool
     artery_on_left: bool
     gallbladder_colour: Colour
     duct_colour: Colour
@@ -124,6 +129,7 @@ class Anatomy:
         for name, allowed in COUNTS.items():
             _check_count(name, getattr(self, name), allowed.least, allowed.most)
         _check_type("artery_on_left", self.artery_on_left, bool)
+        _check_type("lymph_node", self.lymph_node, bool)
         _check_type("second_artery", self.second_artery, Artery | None)
         for part in ("gallbladder", "duct", "artery", "liver"):
             _check_colour(f"{part}_colour", getattr(self, f"{part}_colour"))

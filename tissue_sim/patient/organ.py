@@ -25,6 +25,7 @@ TUBES = ("duct", "artery")  # the procedure's tubes, in every organ; `Organ.holl
 # Assumed: the sizes of the mesh, and where in the body the gallbladder lies and what holds it.
 NECK_UP_M = 0.008  # height of the neck in the field
 RING_SPACING_M = 0.00175  # between a tube's rings: a clip 2 mm wide always holds one
+FEWEST_SEGMENTS = 4  # of a tube: below 5.25 mm its rings stand closer
 INFUNDIBULUM_M = 0.015  # length of the sac, from the neck, that is free of the liver
 FUNDUS_SPACING_M = 0.010
 INFUNDIBULUM_SEGMENTS = 6
@@ -219,7 +220,7 @@ def _tube_centreline(
 
     The rings lie on a parabola, and the line from ring to ring has the length.
     """
-    n = int(np.ceil(length / RING_SPACING_M))
+    n = max(int(np.ceil(length / RING_SPACING_M)), FEWEST_SEGMENTS)
     t = np.linspace(1.0, 0.0, n + 1)[:, None]
     chord = length * (1.0 - slack)
     bow = unit(bow - (bow @ heading) * heading)
@@ -407,7 +408,7 @@ def _fat_strands(
         walls = {tube: outer[tube][round(share * necks[tube])] for tube in TUBES}
         if k % 3 == 2:
             tube = TUBES[k // 3 % 2]
-            below = max(necks[tube] - int(rng.integers(2, 6)), 1)  # short tubes have 4 segments
+            below = max(necks[tube] - int(rng.integers(2, 6)), 1)  # short tubes: `FEWEST_SEGMENTS`
             pairs.append(_facing(vertices, outer[tube][below], sac, rng))
         else:
             pairs.append(_facing(vertices, walls["duct"], walls["artery"], rng))

@@ -10,20 +10,20 @@ for five rules:
 - A tube is not wider than its infundibulum.
 - An artery that crosses the duct is long.
 - The longest ducts are those that join low.
-- An artery that crosses behind the duct is the only artery.
+- A second artery beside one that crosses behind lies in front of it.
 """
 
 from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass
 from typing import Any
 from zlib import crc32
 
 import numpy as np
 
-from tissue_sim.patient.distributions import Law, LogNormal, Normal, Uniform
+from tissue_sim.patient.distributions import Law, Uniform
+from tissue_sim.patient.published import ARTERY_LENGTHS, PUBLISHED, pooled
 
 Colour = tuple[float, float, float]
 Bounds = tuple[float, float]
@@ -56,83 +56,29 @@ LOW_INSERTION: Mapping[str, Bounds] = {
     "artery_angle_rad": (0.45, 0.55),
 }
 # The second artery, by the fields of `Artery`, is thin, deep, and enters the sac higher.
-SECOND_ARTERY: Mapping[str, Bounds] = {
-    "length_m": (0.022, 0.030),
-    "diameter_m": (0.0009, 0.0012),
+_SECOND_COURSE: Mapping[str, Bounds] = {
     "angle_rad": (0.00, 0.12),
     "slack": (0.05, 0.08),
     "depth_m": (0.003, 0.006),
     "insertion_m": (0.011, 0.012),
     "turn_rad": (-1.1, -0.8),
 }
+SECOND_ARTERY: Mapping[str, Bounds] = {  # of the scenarios: with room
+    "length_m": (0.022, 0.030),
+    "diameter_m": (0.0009, 0.0012),
+    **_SECOND_COURSE,
+}
+# Of the population. No source found states its length or width. That the length follows the law of
+# the other artery is assumed; a study of casts calls the second artery short (openaire 16989149).
+SECOND_DRAWN: dict[str, Bounds] = {"diameter_m": (0.0009, 0.0015), **_SECOND_COURSE}
+SECOND_BEFORE: dict[str, Bounds] = {"depth_m": (-0.003, 0.0)}  # beside an artery behind the duct
 
-
-@dataclass(frozen=True, kw_only=True)
-class Published:
-    """The values of a parameter that a source reports, in SI units; None for missing values.
-
-    Attributes:
-        short: (length, share), where share is the share of tubes shorter than the length.
-        low: smallest observed value.
-        high: largest observed value.
-    """
-
-    mean: float
-    sd: float | None
-    low: float
-    high: float
-    short: tuple[float, float] | None = None
-    source: str
-
-
-PUBLISHED: dict[str, Published] = {
-    "gallbladder_length_m": Published(
-        mean=0.0750, sd=0.0120, low=0.033, high=0.120,
-        source="Manzoor & Dar (ultrasound of 90 people); range: J Res Appl Basic Med Sci 2022"
-        " (100 cadavers)",
-    ),
-    "gallbladder_width_m": Published(
-        mean=0.0320, sd=0.0080, low=0.020, high=0.050,
-        source="Manzoor & Dar (ultrasound of 90 people); range: J Res Appl Basic Med Sci 2022"
-        " (100 cadavers)",
-    ),
-    "duct_length_m": Published(
-        mean=0.0206, sd=0.01142, low=0.006, high=0.055,
-        source="Shanmugam, Subbiah & Thiagarajan 2021 (100 specimens)",
-    ),
-    "duct_diameter_m": Published(
-        mean=0.00284, sd=None, low=0.002, high=0.006,
-        source="Marniok et al. 1999 (80 specimens); range: Sherifi et al. 2018 (MRCP of 63)",
-    ),
-    "artery_length_m": Published(
-        mean=0.02077, sd=None, low=0.002, high=0.055, short=(0.010, 0.20),
-        source="meta-analysis of 53 studies, Clin Ter 2024;175:184; range: Dandekar & Dandekar 2016"
-        " (82 cadavers)",
-    ),
-    "artery_diameter_m": Published(
-        mean=0.00191, sd=None, low=0.001, high=0.005,
-        source="meta-analysis of 53 studies, Clin Ter 2024;175:184; range: Dandekar & Dandekar 2016"
-        " (82 cadavers)",
-    ),
-}  # fmt: skip
-"""Values to which the laws below are fitted. Clin Ter 2024 calls an artery short below a length
-that is not in its abstract; 10 mm is assumed."""
-
-# The laws are fitted so that mean and standard deviation after the cut are as published. Where no
-# deviation is published, mean and share of short tubes are fitted. A tube of less than 6 mm cannot
-# be meshed, nor can a sac below 45 mm by 18 mm. Standard deviations of the diameters are assumed.
-# The ducts' 0.85 mm is the range of the 63 ducts of Sherifi et al. over 4.7, the expected range of
-# 63 normal draws. The arteries' 0.42 mm follows likewise from the 100 arteries of Tejaswi et al.
-# 2013 (1.1 to 3.2 mm). Uniform laws are assumed.
+# Sizes follow the pooled laws of all studies; uniform laws are assumed.
+_ARTERY_LENGTH = pooled(ARTERY_LENGTHS)
 LAWS: dict[str, Law] = {
-    "gallbladder_length_m": Normal(centre=0.07473, spread=0.01235, low=0.045, high=0.120),
-    "gallbladder_width_m": Normal(centre=0.02987, spread=0.01161, low=0.018, high=0.050),
-    "duct_length_m": LogNormal(centre=0.017395, spread=0.7481, low=0.006, high=0.055),
-    "duct_diameter_m": LogNormal(centre=0.0026619, spread=0.3239, low=0.0015, high=0.006),
+    **{name: pooled(studies) for name, studies in PUBLISHED.items()},
     "duct_angle_rad": Uniform(low=0.15, high=0.50),
     "duct_slack": Uniform(low=0.02, high=0.07),
-    "artery_length_m": LogNormal(centre=0.016851, spread=0.9110, low=0.006, high=0.055),
-    "artery_diameter_m": LogNormal(centre=0.0018628, spread=0.2186, low=0.001, high=0.005),
     "artery_angle_rad": Uniform(low=0.20, high=0.55),
     "artery_slack": Uniform(low=0.02, high=0.07),
     "artery_depth_m": Uniform(low=-0.004, high=0.004),
@@ -145,18 +91,21 @@ LAWS: dict[str, Law] = {
     "endoscope_distance_m": Uniform(low=0.080, high=0.095),
 }
 
-# Two or more arteries: 13 % of 10,071 people in 29 studies (Clin Ter 2024), the largest sample.
-# Single studies have 3 % (Akay & Leblebici 2020) to 28 % (Dandekar & Dandekar 2016).
-SECOND_ARTERY_SHARE = 0.13
+SECOND_ARTERY_SHARE = 0.11  # two or more arteries: the reviews of `reported_shares`, pooled
 # In front of the duct: 2.6 %, and above it on the far side: 5.2 % of 1,850 laparoscopies (Fateh et
 # al., BMC Surgery 2021). Below the duct: 4.9 % of 770 (Andall et al. 2016); arteries of these
 # that are not in front are counted as behind (assumed).
 IN_FRONT_SHARE = 0.026
 BEHIND_SHARE = 0.023
 SWAPPED_SHARE = 0.052
-LONG_ENOUGH_SHARE = 0.0670  # share of arteries with CROSSING_LENGTH_M, by the law above
 WIDEST_SAC = 0.75  # largest width of a gallbladder over its length, assumed: it is pear-shaped
 MOST_REMNANTS = 6  # assumed
+# What the dissection left: the share of patients without it, and the most of it; all assumed.
+FAT_STRANDS = 0.75, 6
+FAT_LOBULES = 0.40, 6
+# The cystic node is seen in 80 % of the operations (`NODES_SEEN`). In 46 % of these the dissection
+# stays lateral to it (PubMed 27941745). That it then is still there is assumed.
+LYMPH_NODE_SHARE = 0.37
 TINTS: dict[str, Colour] = {  # linear RGB, assumed
     "gallbladder_colour": (0.46, 0.55, 0.30),
     "duct_colour": (0.80, 0.68, 0.42),
@@ -183,9 +132,11 @@ def draw(seed: int, widest_tube: float) -> dict[str, Any]:
         **drawn,
         **_within(seed, course),
         "second_artery": _second_artery(seed, course),
-        "artery_on_left": bool(_stream(seed, "artery_on_left").random() < SWAPPED_SHARE),
+        "artery_on_left": _happens(seed, "artery_on_left", SWAPPED_SHARE),
         "remnants": int(_stream(seed, "remnants").integers(MOST_REMNANTS, endpoint=True)),
-        "fat_strands": 0,
+        "fat_strands": _some(seed, "fat_strands", FAT_STRANDS),
+        "fat_lobules": _some(seed, "fat_lobules", FAT_LOBULES),
+        "lymph_node": _happens(seed, "lymph_node", LYMPH_NODE_SHARE),
         **{name: tint(_stream(seed, name), colour) for name, colour in TINTS.items()},
     }
 
@@ -195,12 +146,24 @@ def _stream(seed: int, name: str) -> np.random.Generator:
     return np.random.default_rng([0xCA107, seed, crc32(name.encode())])
 
 
-def _value(seed: int, name: str, most: float = math.inf) -> float:
+def _value(seed: int, name: str, most: float = math.inf, prefix: str = "") -> float:
     """Draw a parameter from its law, repeatedly until it is at most `most`."""
-    rng = _stream(seed, name)
+    rng = _stream(seed, prefix + name)
     while (value := LAWS[name].value(rng.random())) > most:
         pass
     return value
+
+
+def _happens(seed: int, name: str, share: float) -> bool:
+    """Return whether a patient belongs to this share of all patients."""
+    return bool(_stream(seed, name).random() < share)
+
+
+def _some(seed: int, name: str, law: tuple[float, int]) -> int:
+    """Return a count: none in a share of the patients, else 1 to the most."""
+    none, most = law
+    rng = _stream(seed, name)
+    return 0 if rng.random() < none else int(rng.integers(1, most, endpoint=True))
 
 
 def _within(seed: int, ranges: Mapping[str, Bounds], prefix: str = "") -> dict[str, float]:
@@ -216,11 +179,12 @@ def _course(seed: int, drawn: Mapping[str, Any]) -> Mapping[str, Bounds]:
 
     The artery crosses the duct in a share of the patients whose artery is long enough. The share is
     chosen so that all crossings have their published share. A duct that is long enough joins low:
-    6.7 % do, between 3.1 % (Shanmugam et al. 2021) and 9 % (Sarawagi et al. 2016).
+    9 % do, between 3.1 % (Shanmugam et al. 2021) and 9 % (Sarawagi et al. 2016).
     """
     low_m, high_m = CROSSING_LENGTH_M
     if low_m <= drawn["artery_length_m"] <= high_m:
-        chance = _stream(seed, "crossing").random() * LONG_ENOUGH_SHARE
+        long_enough = _ARTERY_LENGTH.share(high_m) - _ARTERY_LENGTH.share(low_m)
+        chance = _stream(seed, "crossing").random() * long_enough
         if chance < IN_FRONT_SHARE:
             return IN_FRONT
         if chance < IN_FRONT_SHARE + BEHIND_SHARE:
@@ -229,11 +193,11 @@ def _course(seed: int, drawn: Mapping[str, Any]) -> Mapping[str, Bounds]:
 
 
 def _second_artery(seed: int, course: Mapping[str, Bounds]) -> dict[str, float] | None:
-    """Draw the second artery, or none; an artery that crosses behind replaces it."""
-    chance = _stream(seed, "second artery").random() * (1 - BEHIND_SHARE)
-    if course is BEHIND or chance >= SECOND_ARTERY_SHARE:
+    """Draw the second artery, or none. Its presence does not depend on the first one's course."""
+    if not _happens(seed, "second artery", SECOND_ARTERY_SHARE):
         return None
-    return _within(seed, SECOND_ARTERY, "second ")
+    drawn = _within(seed, SECOND_DRAWN | (SECOND_BEFORE if course is BEHIND else {}), "second ")
+    return {"length_m": _value(seed, "artery_length_m", prefix="second "), **drawn}
 
 
 def tint(rng: np.random.Generator, colour: Colour) -> Colour:

@@ -54,5 +54,7 @@ def textbook_from_seed(seed: int) -> Anatomy:
         artery_turn_rad=0.0,
         remnants=remnants,
         fat_strands=0,
+        fat_lobules=0,
+        lymph_node=False,
         artery_on_left=on_left,
     )

@@ -50,7 +50,7 @@ VARIANTS: dict[str, Variant] = {
     "artery-behind": Variant(drawn={"artery_length_m": CROSSING_LENGTH_M, **BEHIND}),
     "low-insertion": Variant(drawn={"duct_length_m": LOW_LENGTH_M, **LOW_INSERTION}),
     "two-arteries": Variant(second_artery=SECOND_ARTERY),
-    "fat": Variant(drawn={"fat_strands": (14, 22)}),
+    "fat": Variant(drawn={"fat_strands": (14, 22), "fat_lobules": (4, 8)}),
     "swapped": Variant(fixed={"artery_on_left": True}),
 }
 

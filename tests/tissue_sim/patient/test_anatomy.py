@@ -19,6 +19,7 @@ from tissue_sim.patient.anatomy import (
     Artery,
     anatomy_from_seed,
 )
+from tissue_sim.patient.population import FAT_LOBULES, FAT_STRANDS
 from tissue_sim.patient.textbook import textbook_from_seed
 from tissue_sim.patient.variants import variant
 
@@ -39,7 +40,8 @@ def test_every_seed_draws_a_possible_patient(seed: int) -> None:
 
 def test_counts_are_drawn_from_their_whole_range() -> None:
     assert {p.remnants for p in MANY} == set(range(int(COUNTS["remnants"].most) + 1))
-    assert {p.fat_strands for p in MANY} == {0}
+    assert {p.fat_strands for p in MANY} == set(range(FAT_STRANDS[1] + 1))
+    assert {p.fat_lobules for p in MANY} == set(range(FAT_LOBULES[1] + 1))
 
 
 @pytest.mark.parametrize("name", RANGES)
@@ -80,6 +82,8 @@ def test_an_impossible_count_is_refused(name: str, value: Any) -> None:
         ("seed", -1),
         ("seed", 1.5),
         ("artery_on_left", 1),
+        ("lymph_node", 1),
+        ("lymph_node", None),
         ("second_artery", 0.001),
         ("liver_colour", (0.1, 0.2)),
         ("liver_colour", (0.1, 0.2, 1.5)),

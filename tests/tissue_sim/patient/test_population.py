@@ -10,10 +10,14 @@ from tissue_sim.patient.distributions import Uniform
 from tissue_sim.patient.population import (
     BEHIND_SHARE,
     CROSSING_LENGTH_M,
+    FAT_LOBULES,
+    FAT_STRANDS,
     IN_FRONT_SHARE,
     LAWS,
     LOW_LENGTH_M,
+    LYMPH_NODE_SHARE,
     SECOND_ARTERY_SHARE,
+    SECOND_DRAWN,
     SWAPPED_SHARE,
     WIDEST_SAC,
     draw,
@@ -59,8 +63,9 @@ def test_each_parameter_follows_its_law(patients: list[Anatomy], name: str) -> N
         (IN_FRONT_SHARE, lambda p: p.artery_turn_rad > math.pi / 2),
         (BEHIND_SHARE, lambda p: p.artery_turn_rad < -math.pi / 2),
         (SWAPPED_SHARE, lambda p: p.artery_on_left),
+        (LYMPH_NODE_SHARE, lambda p: p.lymph_node),
     ],
-    ids=["two-arteries", "artery-in-front", "artery-behind", "swapped"],
+    ids=["two-arteries", "artery-in-front", "artery-behind", "swapped", "node"],
 )
 def test_uncommon_courses_have_their_share(patients: list[Anatomy], share: float, has) -> None:
     spread = math.sqrt(share * (1 - share) / len(patients))
@@ -73,10 +78,42 @@ def test_rules_between_parameters_hold(patients: list[Anatomy]) -> None:
         assert p.gallbladder_width_m <= WIDEST_SAC * p.gallbladder_length_m
         assert p.duct_diameter_m <= WIDEST_TUBE * p.gallbladder_width_m
         assert not crosses(p) or low_m <= p.artery_length_m <= high_m
-        assert not (p.artery_turn_rad < 0 and p.second_artery)
         is_low = p.duct_length_m >= LOW_LENGTH_M[0] and not crosses(p)
         assert (p.duct_angle_rad < 0) == is_low
     assert any(p.artery_turn_rad < 0 for p in patients)
+
+
+def test_a_second_artery_is_independent_of_the_first_ones_course(patients: list[Anatomy]) -> None:
+    crossing = [p for p in patients if crosses(p)]
+    both = sum(p.second_artery is not None for p in crossing) / len(crossing)
+    spread = math.sqrt(SECOND_ARTERY_SHARE * (1 - SECOND_ARTERY_SHARE) / len(crossing))
+    assert abs(both - SECOND_ARTERY_SHARE) < 4.5 * spread
+    assert any(p.second_artery and p.artery_turn_rad < -1.0 for p in crossing)
+
+
+def test_a_second_artery_has_the_length_of_an_artery(patients: list[Anatomy]) -> None:
+    drawn = np.array([p.second_artery.length_m for p in patients if p.second_artery])
+    for share in (0.1, 0.3, 0.5, 0.7, 0.9):
+        below = (drawn <= LAWS["artery_length_m"].value(share)).mean()
+        assert abs(below - share) < 4.5 * math.sqrt(share * (1 - share) / len(drawn))
+    widths = [p.second_artery.diameter_m for p in patients if p.second_artery]
+    low, high = SECOND_DRAWN["diameter_m"]
+    assert low <= min(widths) < max(widths) <= high
+
+
+@pytest.mark.parametrize(
+    ("name", "law"), [("fat_strands", FAT_STRANDS), ("fat_lobules", FAT_LOBULES)]
+)
+def test_fat_is_left_in_part_of_the_patients(
+    patients: list[Anatomy], name: str, law: tuple[float, int]
+) -> None:
+    none, most = law
+    counts = np.array([getattr(p, name) for p in patients])
+    shares = [none, *[(1 - none) / most] * most]
+    for count, share in enumerate(shares):
+        spread = math.sqrt(share * (1 - share) / len(counts))
+        assert abs((counts == count).mean() - share) < 4.5 * spread
+    assert counts.max() == most
 
 
 @pytest.mark.parametrize(
