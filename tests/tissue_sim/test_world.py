@@ -8,6 +8,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from tests.tissue_sim.kinds import POLYMER
 from tests.tissue_sim.treatment import TUBE, assert_same, clip_and_cut, run
 from tests.tissue_sim.verification.bodies import astride
 from tests.worlds import textbook_world
@@ -64,7 +65,7 @@ def clip_a_vertex(world: World) -> None:
     """Close a clip whose tip holds so few vertices that no spring squeezes them."""
     station_m, radius_m = world.tubes.stations_m[TUBE][6], world.tubes.radius_m(TUBE)
     T = astride(world.tubes, TUBE, station_m, beyond_m=-0.8 * radius_m)
-    clip = latch(world.tubes, T, number=1, time_s=world.record.time_s)
+    clip = latch(world.tubes, T, POLYMER, number=1, time_s=world.record.time_s)
     assert clip.vertices
     assert not clip.links
     world.record = replace(world.record, clips=(clip,))
