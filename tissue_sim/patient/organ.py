@@ -230,7 +230,7 @@ def _tube_centreline(
 
 def _sagitta(chord: float, length: float, n: int) -> float:
     """Return the height of a parabola over a chord whose `n` equal parts have a length together."""
-    from scipy.optimize import brentq
+    from scipy.optimize import root_scalar
 
     t = np.linspace(0.0, 1.0, n + 1)
     rise = np.diff(4.0 * t * (1.0 - t))
@@ -238,7 +238,9 @@ def _sagitta(chord: float, length: float, n: int) -> float:
     def too_long(sagitta: float) -> float:
         return float(np.hypot(chord / n, sagitta * rise).sum()) - length
 
-    return float(brentq(too_long, 0.0, length, xtol=1e-15)) if too_long(0.0) < 0.0 else 0.0
+    if too_long(0.0) >= 0.0:
+        return 0.0  # the tube is straight
+    return float(root_scalar(too_long, bracket=(0.0, length), xtol=1e-15).root)
 
 
 def _join(

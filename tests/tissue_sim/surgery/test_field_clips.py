@@ -18,7 +18,7 @@ from tissue_sim.patient.organ import TUBES
 from tissue_sim.patient.textbook import textbook_from_seed
 from tissue_sim.patient.tubes import Tubes
 from tissue_sim.surgery import events as record_events
-from tissue_sim.surgery.clip import Clip, latch
+from tissue_sim.surgery.clip import Clip, grip_n, latch
 from tissue_sim.surgery.clip_slip import Pull, apply_pull
 from tissue_sim.surgery.cut import BLADE_LENGTH_M, sever
 from tissue_sim.surgery.leak import leaks
@@ -57,8 +57,12 @@ def on_tube(world: World, tube: str, beyond_m: float = 0.5 * POLYMER.length_m) -
 
 
 def bring_artery_to_duct(world: World, gap_m: float, towards: Array) -> None:
-    """Put the artery's middle beside the duct's, with this gap, and hold its root there."""
-    world.tissue.host("tie_stiffness")[0, world.tubes.root_rows[HEPATIC_ARTERY]] = 0.0
+    """Put the artery's middle beside the duct's, with this gap, and hold its root there.
+
+    The artery is free of trunk and gallbladder, which would pull it back at once.
+    """
+    ties = world.tissue.host("tie_stiffness")[0]
+    ties[world.tubes.root_rows[HEPATIC_ARTERY]] = ties[world.tubes.tie_rows["artery"]] = 0.0
     world.tissue.host("fixed")[0, world.tubes.below["artery"][0]] = 1
     points = [world.tubes.point(t, 0.4 * world.tubes.length_m[t])[0] for t in TUBES]
     apart = gap_m + sum(world.tubes.radius_m(t) for t in TUBES)
@@ -128,15 +132,15 @@ def clipped_and_cut(world: World, cuff_m: float) -> None:
 
 def cut_under_a_clip(world: World) -> None:
     """Close scissors under the edge of a clip on the duct."""
-    at = world.tubes.stations_m["duct"][7]
+    at = world.tubes.stations_m["duct"][8]
     T = astride(world.tubes, "duct", at + 0.0008, beyond_m=0.5 * POLYMER.length_m)
     clip = latch(world.tubes, T, POLYMER, number=1, time_s=0.0)
-    assert 7 in clip.rings[0]
+    assert 8 in clip.rings[0]
     world.record = replace(world.record, clips=(clip,))
     for _ in range(10):
         world.step(HOME)
     world.equip("scissors")
-    T = astride(world.tubes, "duct", at, beyond_m=BLADE_LENGTH_M / 2)
+    T = astride(world.tubes, "duct", at + 0.0004, beyond_m=BLADE_LENGTH_M / 2)
     joints = put_right_tool(world, T, jaw_rad=0.9)
     for jaw_rad in np.linspace(0.9, -0.3, 30):
         joints[RIGHT_ARM, 6] = jaw_rad
@@ -146,7 +150,7 @@ def cut_under_a_clip(world: World) -> None:
 def test_after_a_cut_under_a_clips_edge_the_clip_is_on_its_own_stump(world: World) -> None:
     cut_under_a_clip(world)
     (cut,), (clip,) = world.record.cuts, world.record.clips
-    assert cut.ring == 7
+    assert cut.ring == 8
     assert cut.station_m < clip.crossings[0].station_m
     assert set(world.tubes.above["duct"][cut.ring]) <= set(clip.vertices)
 
