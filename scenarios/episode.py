@@ -22,7 +22,6 @@ from controller.holding import Holding
 from controller.kept_place import KeptPlace
 from controller.tool_place import ToolPlace
 from planner.base import PLANNING_PERIOD_S, Planner, hears_of_success
-from planner.command import TUBES
 from planner.instruction import Instruction
 from planner.language.reading import Reading
 from planner.person.override import PlannerOverridden
@@ -175,7 +174,7 @@ class Episode:
         """Adopt an instruction with its tool; a new one drops the running chunk at once."""
         if instruction.text != self._instruction.text:
             self._chunk.clear()
-        tool = self._tools.tool(instruction.task, self.observation)
+        tool = instruction.tool or self._tools.tool(instruction.task, self.observation)
         self._instruction = replace(instruction, tool=tool)
 
     def _has_news(self, step: Step) -> bool:
@@ -305,7 +304,7 @@ class Episode:
         too_long = self.tasks.results[task.index].time_s > self.config.task_cap_s
         if step.instruction.call or too_long or self._held_s > MOST_HELD_S:
             return True
-        severed: dict[str, bool] = dict(zip(TUBES, observation.severed, strict=True))
+        severed: dict[str, bool] = {t: observation.is_severed(t) for t in observation.tubes}
         ends = self.procedure.may_end_with(task, severed) and is_back(observation)
         self._back_since_s = min(self._back_since_s, step.time_s) if ends else math.inf
         return step.time_s - self._back_since_s >= STAYS_BACK_S - 1e-9
