@@ -107,8 +107,8 @@ class TissueArrays:
     # bars: rigid bodies that vertices carry (closed clips). Middle and axis are weighted sums of
     # the vertices' positions; balls in a row touch instruments and other bars (see `bar_contact`)
     n_bar: wp.array(dtype=int)
-    bar_reach: wp.array(dtype=float)  # from the middle to the last ball, m
-    bar_radius: wp.array(dtype=float)
+    bar_reach: wp.array2d(dtype=float)  # from the middle to the last ball, m
+    bar_radius: wp.array2d(dtype=float)
     bar_count: wp.array2d(dtype=int)
     bar_vertex: wp.array3d(dtype=int)
     bar_middle: wp.array3d(dtype=float)  # weights

@@ -206,7 +206,7 @@ def _sizes(organs: Sequence[Organ]) -> dict[str, tuple[int, ...]]:
         "n_skin": (), "skin": (n_skin,), "skin_tet": (n_skin,), "n_skin_near": (),
         "skin_near": (n_skin,), "skin_middle": (n_skin,), "skin_reach": (n_skin,),
         "ring_beside_sac": segments,
-        "n_bar": (), "bar_reach": (), "bar_radius": (), "bar_count": (N_BARS,),
+        "n_bar": (), "bar_reach": (N_BARS,), "bar_radius": (N_BARS,), "bar_count": (N_BARS,),
         "bar_vertex": carried, "bar_middle": carried, "bar_axis": carried,
         "bar_scale": (N_BARS,), "bar_in_jaws": (N_BARS,), "bar_force": (N_BARS,),
         "ball": balls, "ball_before": balls, "ball_shape": balls, "ball_force": balls,

@@ -26,7 +26,6 @@ from tissue_sim.thresholds import (
     PIERCED_M,
 )
 from tissue_sim.tools.arms import LEFT_ARM, RIGHT_ARM
-from tissue_sim.tools.instruments import CLIP_WIDTH_M
 
 WALL_M = WALL_THICKNESS_M["gallbladder"]
 WALL_PA = MATERIALS["gallbladder wall"].young_pa * SAC_MESH_WALL_M / WALL_M  # of the real wall
@@ -98,10 +97,13 @@ def stretched(field: Field, r: Record) -> Iterator[LimitReading]:
 
 def clipped_twice(before: Sequence[Clip], clip: Clip) -> Iterator[LimitReading]:
     """Yield the largest width, m, by which a new clip overlaps a clip on the same tube, if any."""
-    pairs = [(x, old.on(x.tube)) for old in before if not old.lost for x in clip.crossings]
-    apart_m = [abs(x.station_m - other.station_m) for x, other in pairs if other is not None]
-    overlap_m = CLIP_WIDTH_M - min(apart_m, default=CLIP_WIDTH_M)
-    if overlap_m > 0.0:
+    overlaps_m = [
+        0.5 * (clip.kind.width_m + old.kind.width_m) - abs(x.station_m - other.station_m)
+        for old in before
+        for x in clip.crossings
+        if not old.lost and (other := old.on(x.tube)) is not None
+    ]
+    if (overlap_m := max(overlaps_m, default=0.0)) > 0.0:
         yield LimitReading(event="clip on clip", value=overlap_m, limit=0)
 
 

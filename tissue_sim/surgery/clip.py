@@ -21,11 +21,8 @@ from tissue_sim.surgery.wall_squeeze import (
     wall_under,
 )
 from tissue_sim.thresholds import CUFF_MIN_M
-from tissue_sim.tools.instruments import CLIP_LENGTH_M, CLIP_WIDTH_M
+from tissue_sim.tools.clips import ClipKind
 
-LATCH_GAP_M = 0.0016  # assumed: distance of the legs' middles at which the lock closes
-CLIP_FRICTION = 0.4  # assumed: ribbed polymer legs on wet tissue
-LOCK_STRENGTH_N = 8.0  # assumed: pull across the tube at which the lock opens
 SEAT_SAMPLES = np.linspace(-0.5, 0.5, 9)  # sample places across the flattened tube
 
 
@@ -35,6 +32,7 @@ class Clip:
 
     Attributes:
         number: Order of closing or dropping, from 1.
+        kind: Kind of the clip.
         crossings: Current or last place of the clip on each caught tube; empty if it caught none.
         complete: For each crossing, whether the tube's whole width lies between the legs.
         on_sac: Whether the clip also caught part of the gallbladder.
@@ -52,6 +50,7 @@ class Clip:
     """
 
     number: int
+    kind: ClipKind
     time_s: float
     T_world_clip: Array
     crossings: tuple[Crossing, ...] = ()
@@ -85,20 +84,20 @@ class Clip:
         return next((c for c in self.crossings if c.tube == tube), None)
 
 
-def latch(tubes: Tubes, T_world_tool: Array, *, number: int, time_s: float) -> Clip:
+def latch(tubes: Tubes, T_world_tool: Array, kind: ClipKind, *, number: int, time_s: float) -> Clip:
     """Close a clip at the applier's jaws; its legs cover the tissue between them."""
     local = transform(inverse_pose(T_world_tool), tubes.tissue.positions(tubes.b).astype(float))
-    wall = wall_under(tubes.organ, local, length_m=CLIP_LENGTH_M, width_m=CLIP_WIDTH_M)
-    found = [tubes.crossing(tube, T_world_tool, CLIP_LENGTH_M) for tube in tubes.organ.hollow]
+    wall = wall_under(tubes.organ, local, length_m=kind.length_m, width_m=kind.width_m)
+    found = [tubes.crossing(tube, T_world_tool, kind.length_m) for tube in tubes.organ.hollow]
     crossings = tuple(c for c in found if c is not None)
     if not crossings:
-        lost = dropped_clip(T_world_tool, number=number, time_s=time_s)
+        lost = dropped_clip(T_world_tool, kind, number=number, time_s=time_s)
         return replace(lost, on_sac=bool(wall.any()))
     complete, under, springs, caught = [], [], list[Spring](), list[int]()
     for crossing in crossings:
         side = tubes.side(crossing.tube, crossing.station_m)
-        rings = _rings_under(tubes, local[side[:, 0]], crossing)
-        inside = _between_legs(local[side[rings]])
+        rings = _rings_under(tubes, local[side[:, 0]], crossing, kind.width_m)
+        inside = _between_legs(local[side[rings]], kind.length_m)
         complete.append(bool(inside.all()))
         under.append(tuple(rings.tolist()))
         for ring, held in zip(side[rings], inside, strict=True):
@@ -109,6 +108,7 @@ def latch(tubes: Tubes, T_world_tool: Array, *, number: int, time_s: float) -> C
     caught += tubes.organ.sac_rings[wall].tolist()
     return Clip(
         number=number,
+        kind=kind,
         time_s=time_s,
         crossings=crossings,
         complete=tuple(complete),
@@ -122,10 +122,15 @@ def latch(tubes: Tubes, T_world_tool: Array, *, number: int, time_s: float) -> C
     )
 
 
-def dropped_clip(T_world_clip: Array, *, number: int, time_s: float) -> Clip:
+def dropped_clip(T_world_clip: Array, kind: ClipKind, *, number: int, time_s: float) -> Clip:
     """Return a clip that holds nothing and begins to fall."""
     return Clip(
-        number=number, time_s=time_s, lost=True, fall_m_s=0.0, T_world_clip=T_world_clip.copy()
+        number=number,
+        kind=kind,
+        time_s=time_s,
+        lost=True,
+        fall_m_s=0.0,
+        T_world_clip=T_world_clip.copy(),
     )
 
 
@@ -174,19 +179,19 @@ def grip_n(tubes: Tubes, clip: Clip) -> float:
         for c, rings in zip(clip.crossings, clip.rings, strict=True)
     ) / len(clip.crossings)
     if not clip.sac_rings:
-        return tension_n(tubes, clip.links) * CLIP_WIDTH_M / rings_m
+        return tension_n(tubes, clip.links) * clip.kind.width_m / rings_m
     on_wall = np.isin(tubes.tissue.host("link")[tubes.b, clip.links, 0], tubes.organ.sac_rings)
-    links = np.array(clip.links)
-    on_tube_m = min(_width_on_m(tubes, crossing) for crossing in clip.crossings)
+    links, width_m = np.array(clip.links), clip.kind.width_m
+    on_tube_m = min(_width_on_m(tubes, crossing, width_m) for crossing in clip.crossings)
     tube_n_m = tension_n(tubes, links[~on_wall]) / rings_m
     wall_n_m = tension_n(tubes, links[on_wall]) / wall_spacing_m(tubes.organ, clip.sac_rings)
-    return tube_n_m * on_tube_m + wall_n_m * (CLIP_WIDTH_M - on_tube_m)
+    return tube_n_m * on_tube_m + wall_n_m * (width_m - on_tube_m)
 
 
-def _width_on_m(tubes: Tubes, crossing: Crossing) -> float:
+def _width_on_m(tubes: Tubes, crossing: Crossing, width_m: float) -> float:
     """Return how much of a clip's width lies on its tube, below the gallbladder."""
     to_neck_m = tubes.length_m[crossing.tube] - crossing.station_m
-    return float(np.clip(to_neck_m + 0.5 * CLIP_WIDTH_M, 0.0, CLIP_WIDTH_M))
+    return float(np.clip(to_neck_m + 0.5 * width_m, 0.0, width_m))
 
 
 def holding_forces_n(tubes: Tubes, clip: Clip, grip: float) -> tuple[float, float]:
@@ -204,14 +209,14 @@ def holding_forces_n(tubes: Tubes, clip: Clip, grip: float) -> tuple[float, floa
     """
     if clip.lost or not all(clip.complete):
         return 0.0, 0.0
-    seat = min(_seat(tubes, crossing) for crossing in clip.crossings)
+    seat = min(_seat(tubes, crossing, clip.kind.width_m) for crossing in clip.crossings)
     tilt = max(crossing.tilt_rad for crossing in clip.crossings)
-    along = 2.0 * CLIP_FRICTION * grip * seat * np.cos(tilt)
+    along = 2.0 * clip.kind.friction * grip * seat * np.cos(tilt)
     tips = grip * seat**2 / (1.0 - seat) if seat < 1.0 else np.inf
-    return float(along), float(min(tips, LOCK_STRENGTH_N))
+    return float(along), float(min(tips, clip.kind.lock_strength_n))
 
 
-def _seat(tubes: Tubes, crossing: Crossing) -> float:
+def _seat(tubes: Tubes, crossing: Crossing, width_m: float) -> float:
     """Return the share of the clip's area on the flattened tube that presses on firm tissue.
 
     Tissue nearer to a free end than the least cuff yields, because a load decays over about a
@@ -221,28 +226,30 @@ def _seat(tubes: Tubes, crossing: Crossing) -> float:
     flat_m = np.pi * tubes.radius_m(crossing.tube) * SEAT_SAMPLES
     lead_m = flat_m * np.tan(min(crossing.tilt_rad, np.deg2rad(80.0)))
     shares = [
-        np.clip(0.5 + (cuff - CUFF_MIN_M - lead_m) / CLIP_WIDTH_M, 0.0, 1.0).mean()
+        np.clip(0.5 + (cuff - CUFF_MIN_M - lead_m) / width_m, 0.0, 1.0).mean()
         for cuff in np.abs(tubes.free_ends_m(crossing.tube) - crossing.station_m)
     ]
     return float(min(shares, default=1.0))
 
 
-def _rings_under(tubes: Tubes, centres: Array, crossing: Crossing) -> NDArray[np.int64]:
+def _rings_under(
+    tubes: Tubes, centres: Array, crossing: Crossing, width_m: float
+) -> NDArray[np.int64]:
     """Return the rings of this stump within the clip's width, at least the nearest one.
 
     Args:
         centres: (n_ring, 3) in the clip's frame, m.
     """
     first, last = tubes.stump(crossing.tube, crossing.station_m)
-    near = np.linalg.norm(centres - crossing.point_m, axis=1) < 3 * CLIP_WIDTH_M
-    under = near & (np.abs(centres[:, 0]) <= CLIP_WIDTH_M / 2)
+    near = np.linalg.norm(centres - crossing.point_m, axis=1) < 3 * width_m
+    under = near & (np.abs(centres[:, 0]) <= width_m / 2)
     under[:first] = under[last + 1 :] = False
     under[crossing.ring] = True
     return np.flatnonzero(under)
 
 
-def _between_legs(local: Array) -> NDArray[np.bool_]:
-    return (local[..., 2] > -CLIP_LENGTH_M) & (local[..., 2] < TIP_EDGE_M)
+def _between_legs(local: Array, length_m: float) -> NDArray[np.bool_]:
+    return (local[..., 2] > -length_m) & (local[..., 2] < TIP_EDGE_M)
 
 
 # The squeeze: the soft filling of a crushed lumen folds over. A few of its elements (2 kPa,

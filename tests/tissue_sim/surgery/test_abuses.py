@@ -14,6 +14,7 @@ import pytest
 
 from controller.expert.targets import grasp_pose
 from tests.tissue_sim.hands import before_sac, close, move, poke, put, wait
+from tests.tissue_sim.kinds import POLYMER
 from tests.tissue_sim.verification.bodies import astride
 from tissue_sim.frames import AWAY, LEFT, RIGHT, Array, pose, unit
 from tissue_sim.outcome.predicates import procedure_flags
@@ -21,7 +22,6 @@ from tissue_sim.patient.at_risk import AT_RISK, COMMON_DUCT, HEPATIC_ARTERY
 from tissue_sim.patient.organ import TUBES
 from tissue_sim.patient.textbook import textbook_from_seed
 from tissue_sim.surgery.abuses import WALL_M, WALL_PA, fold_pressure_pa
-from tissue_sim.surgery.clip import CLIP_LENGTH_M
 from tissue_sim.surgery.cut import BLADE_LENGTH_M
 from tissue_sim.thresholds import CRUSH_MAX_N, CRUSHED_M2
 from tissue_sim.tools.arms import LEFT_ARM, RIGHT_ARM
@@ -51,7 +51,7 @@ def across(world: World, tube: str, share: float = 0.4, beyond_m: float = 0.004)
 
 def at_risk(world: World, trunk: str, before_m: float) -> Array:
     """Return `T_world_tool` of jaws astride a trunk beside its branch, or this far before it."""
-    T = across(world, trunk, 0.75, 0.5 * CLIP_LENGTH_M)
+    T = across(world, trunk, 0.75, 0.5 * POLYMER.length_m)
     T[:3, 3] -= before_m * T[:3, 2]
     return T
 
@@ -79,7 +79,7 @@ def use(world: World, T_world_tool: Array, intended: str | None, tool: str) -> N
 
 
 def clip(world: World, tube: str, share: float) -> None:
-    use(world, across(world, tube, share, CLIP_LENGTH_M / 2), tube, "clip_applier")
+    use(world, across(world, tube, share, POLYMER.length_m / 2), tube, "clip_applier")
 
 
 def cut(world: World, tube: str, share: float, intended: str | None = None) -> None:
@@ -168,7 +168,7 @@ def push_on_tube(world: World, tube: str, distance_m: float) -> None:
 def clip_both(world: World, gap_m: float) -> None:
     """Close a clip on the duct while the artery lies beside it, with this gap."""
     world.equip("clip_applier")
-    T = across(world, "duct", 0.4, CLIP_LENGTH_M - 0.002)
+    T = across(world, "duct", 0.4, POLYMER.length_m - 0.002)
     put(world, RIGHT_ARM, T, OPEN_RAD)
     points = [world.tubes.point(t, 0.4 * world.tubes.length_m[t])[0] for t in ("duct", "artery")]
     radii_m = world.tubes.radius_m("duct") + world.tubes.radius_m("artery")
@@ -368,6 +368,6 @@ def test_the_same_with_care_is_no_injury(world: World, abuse: Abuse) -> None:
 def test_an_applier_that_closes_its_clip_does_not_crush_what_the_clip_holds(world: World) -> None:
     """Take a wide, stiff duct, which presses on the fingers until they let go of the clip."""
     world.reset(replace(textbook_from_seed(SEED), duct_diameter_m=0.0055, stiffness_scale=2.0))
-    use(world, across(world, "duct", 0.5, CLIP_LENGTH_M / 2), "duct", "clip_applier")
+    use(world, across(world, "duct", 0.5, POLYMER.length_m / 2), "duct", "clip_applier")
     assert world.record.clips[-1].on("duct")
     assert world.record.injuries == ()

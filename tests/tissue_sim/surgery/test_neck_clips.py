@@ -7,6 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from tests.tissue_sim.kinds import POLYMER
 from tests.tissue_sim.patients import clip_at, cut_at, run, settled
 from tests.tissue_sim.treatment import assert_same, everything
 from tests.tissue_sim.verification.bodies import astride
@@ -14,7 +15,7 @@ from tests.tissue_sim.verification.neck_squeeze import ON_NECK, SqueezedNeck, sq
 from tissue_sim.frames import Array, inverse_pose, transform
 from tissue_sim.patient.sac import Sac
 from tissue_sim.patient.tubes import Tubes
-from tissue_sim.surgery.clip import CLIP_LENGTH_M, CLIP_WIDTH_M, SQUEEZES, Clip, detach, latch
+from tissue_sim.surgery.clip import SQUEEZES, Clip, detach, latch
 from tissue_sim.surgery.clip_slip import slide, update_after_cut, update_after_hole
 from tissue_sim.surgery.wall_squeeze import wall_springs, wall_under
 from tissue_sim.thresholds import LUMEN_CLOSED
@@ -27,7 +28,7 @@ SHARE = {name: share for name, _, share in SQUEEZES}
 
 @pytest.fixture(scope="module", params=[0, 3, 10_007])
 def neck(request: pytest.FixtureRequest) -> SqueezedNeck:
-    return squeezed_neck(request.param, width_m=CLIP_WIDTH_M)
+    return squeezed_neck(request.param, width_m=POLYMER.width_m)
 
 
 def on_neck() -> tuple[Tubes, Clip]:
@@ -63,11 +64,11 @@ def test_the_neck_recovers_under_a_detached_clip(neck: SqueezedNeck) -> None:
 
 def test_the_legs_width_decides_which_vertices_they_hold() -> None:
     tubes = settled(0)
-    T = astride(tubes, "duct", tubes.length_m["duct"], beyond_m=0.5 * CLIP_LENGTH_M)
+    T = astride(tubes, "duct", tubes.length_m["duct"], beyond_m=0.5 * POLYMER.length_m)
     local = transform(inverse_pose(T), tubes.tissue.positions().astype(float))
     counts = []
-    for width_m in (0.001, CLIP_WIDTH_M, 0.006):
-        under = wall_under(tubes.organ, local, length_m=CLIP_LENGTH_M, width_m=width_m)
+    for width_m in (0.001, POLYMER.width_m, 0.006):
+        under = wall_under(tubes.organ, local, length_m=POLYMER.length_m, width_m=width_m)
         counts.append(under.sum())
         assert (np.abs(local[tubes.organ.sac_rings[under], 0]) <= 0.5 * width_m).all()
     assert 0 < counts[0] < counts[1] < counts[2]
@@ -78,12 +79,12 @@ def test_legs_between_two_rings_hold_the_part_of_the_nearer_one(share: float, ne
     tubes = settled(0)
     x = tubes.tissue.positions().astype(float)
     low, high = x[tubes.organ.sac_rings[:2, 0]]
-    T = astride(tubes, "duct", tubes.length_m["duct"], beyond_m=0.5 * CLIP_LENGTH_M)
+    T = astride(tubes, "duct", tubes.length_m["duct"], beyond_m=0.5 * POLYMER.length_m)
     T[:3, 3] += (
         low + share * (high - low) - x[tubes.below["duct"][tubes.organ.neck_ring["duct"], 0]]
     )
     local = transform(inverse_pose(T), x)
-    under = wall_under(tubes.organ, local, length_m=CLIP_LENGTH_M, width_m=1e-4)
+    under = wall_under(tubes.organ, local, length_m=POLYMER.length_m, width_m=1e-4)
     assert np.flatnonzero(under.any(axis=1)).tolist() == [nearest]
     assert wall_springs(tubes.organ, local, under, SQUEEZES)
 
@@ -106,7 +107,7 @@ def test_a_clip_that_slides_off_the_neck_releases_it() -> None:
 
 def test_a_cut_below_leaves_the_neck_under_the_legs() -> None:
     tubes, clip = on_neck()
-    assert cut_at(tubes, "duct", clip.crossings[0].station_m - 2 * CLIP_WIDTH_M)
+    assert cut_at(tubes, "duct", clip.crossings[0].station_m - 2 * POLYMER.width_m)
     assert update_after_cut(tubes, clip) is clip
 
 
@@ -125,8 +126,8 @@ def test_a_clip_lets_go_of_wall_that_is_no_longer_there() -> None:
 
 def test_a_squeezed_neck_is_saved_and_restored_to_the_bit(world: World) -> None:
     length = world.tubes.length_m["duct"]
-    T = astride(world.tubes, "duct", ON_NECK * length, beyond_m=0.5 * CLIP_LENGTH_M)
-    clip = latch(world.tubes, T, number=1, time_s=0.0)
+    T = astride(world.tubes, "duct", ON_NECK * length, beyond_m=0.5 * POLYMER.length_m)
+    clip = latch(world.tubes, T, POLYMER, number=1, time_s=0.0)
     assert clip.sac_rings
     world.record = replace(world.record, clips=(clip,))
     home = world.target
