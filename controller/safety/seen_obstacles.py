@@ -136,19 +136,16 @@ def _powers(t: Array, at: Array, n: int) -> Array:
 def _capsules(line: LineSeen) -> tuple[Array, Array, Array]:
     """Return starts, ends and radii of capsules; uncertain capsules are thicker.
 
-    The longest piece of a severed tube's line spans its cut: each stump takes half a usual piece.
+    Of a severed tube only the part that stays in the body is an obstacle. The other part hangs on
+    the gallbladder, and may be touched like the gallbladder. The longest piece of the line spans
+    the cut: the stump takes half a usual piece.
     """
-    start, end = line.points_m[:-1].copy(), line.points_m[1:].copy()
+    start, end = line.points_m[:-1], line.points_m[1:]
     std_m = np.maximum(line.std_m[:-1], line.std_m[1:])
     radii_m = line.radius_m + np.minimum(UNSURE * std_m, MOST_M)
     if not line.severed:
         return start, end, radii_m
     cut = int(np.linalg.norm(end - start, axis=1).argmax())
-    half = 0.5 * (end - start)
-    upper_end, upper_start = end[cut].copy(), end[cut] - half[min(cut + 1, len(half) - 1)]
-    end[cut] = start[cut] + half[max(cut - 1, 0)]
-    return (
-        np.concatenate([start, upper_start[None]]),
-        np.concatenate([end, upper_end[None]]),
-        np.append(radii_m, radii_m[cut]),
-    )
+    below = max(cut - 1, 0)
+    stump_end = start[cut] + 0.5 * (end[below] - start[below])
+    return start[: cut + 1], np.concatenate([end[:cut], stump_end[None]]), radii_m[: cut + 1]

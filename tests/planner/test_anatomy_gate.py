@@ -9,6 +9,7 @@ from planner.rules.anatomy_gate import AnatomyGate
 from planner.scene.crossing import artery_beside_m
 from planner.scene.next_task import clips_needed_on
 from tests.planner.observations import clipped, third_tube, writable
+from tests.tissue_sim.kinds import SLIM_APPLIER
 from tissue_sim.outcome.clip_rule import FEWEST_CLIPS, USUAL_CLIPS, needed_m
 from tissue_sim.outcome.room import why_call
 from tissue_sim.patient.anatomy import Tube, anatomy_from_seed
@@ -43,23 +44,23 @@ def test_tubes_with_room_give_no_reason():
 
 @pytest.mark.parametrize(("side", "tube"), [("left", "duct"), ("right", "artery")])
 def test_a_tube_too_short_for_two_clips_is_a_reason(side, tube):
-    least_m = needed_m(tube, FEWEST_CLIPS)
+    least_m = needed_m(tube, SLIM_APPLIER, FEWEST_CLIPS)
     assert f"The {tube} looks" in (why(with_length(least_m - 1e-4, side=side)) or "")
     assert why(with_length(least_m + 1e-4, side=side)) is None
 
 
 def test_what_is_uncertain_is_decided_when_the_first_clip_is_due():
-    short = with_length(needed_m("duct", FEWEST_CLIPS) - 0.001, std_m=0.001)
+    short = with_length(needed_m("duct", SLIM_APPLIER, FEWEST_CLIPS) - 0.001, std_m=0.001)
     assert why(short, due=False) is None
     assert why(short, due=True) is not None
-    hardly = with_length(needed_m("duct", FEWEST_CLIPS) - 0.0001, std_m=0.001)
+    hardly = with_length(needed_m("duct", SLIM_APPLIER, FEWEST_CLIPS) - 0.0001, std_m=0.001)
     assert why(hardly, due=True) is None
-    clearly = with_length(needed_m("duct", FEWEST_CLIPS) - 0.005, std_m=0.001)
+    clearly = with_length(needed_m("duct", SLIM_APPLIER, FEWEST_CLIPS) - 0.005, std_m=0.001)
     assert why(clearly, due=False) is not None
 
 
 def test_what_a_person_had_clipped_does_not_spare_the_robot_its_own_judgement():
-    room, short_m = AnatomyGate(), needed_m("duct", FEWEST_CLIPS) - 1e-3
+    room, short_m = AnatomyGate(), needed_m("duct", SLIM_APPLIER, FEWEST_CLIPS) - 1e-3
     short = with_length(short_m, std_m=0.001)
     assert room.why_call(short, due=False) is None
     clipped_by_a_person = replace(clipped(right=2), rest_length_m=short.rest_length_m)
@@ -69,7 +70,7 @@ def test_what_a_person_had_clipped_does_not_spare_the_robot_its_own_judgement():
 
 
 def test_a_tube_that_is_cut_needs_no_room_any_more():
-    short = with_length(needed_m("duct", FEWEST_CLIPS) - 0.005)
+    short = with_length(needed_m("duct", SLIM_APPLIER, FEWEST_CLIPS) - 0.005)
     assert why(replace(short, severed=np.array([True, False, False]))) is None
     assert why(replace(short, severed=np.array([False, True, False]))) is not None
 
@@ -98,7 +99,7 @@ def test_an_artery_that_crosses_the_duct_is_no_reason(beside_m: float) -> None:
 
 
 def test_a_third_tube_is_a_reason_only_if_it_is_too_short():
-    least_m = needed_m("second artery", FEWEST_CLIPS)
+    least_m = needed_m("second artery", SLIM_APPLIER, FEWEST_CLIPS)
     long, short = (with_third(length_m) for length_m in (least_m + 1e-4, least_m - 1e-4))
     assert why(long) is None
     assert "The second artery looks" in (why(short) or "")
@@ -114,12 +115,12 @@ def test_seen_exactly_it_calls_as_the_judge_does():
     assert wrong <= 1
 
 
-@pytest.mark.parametrize(("length_m", "needed"), [(0.017, 2), (0.0181, 2), (0.019, 3)])
+@pytest.mark.parametrize(("length_m", "needed"), [(0.009, 2), (0.0105, 2), (0.0115, 3)])
 def test_how_many_clips_a_tube_needs_is_told_by_its_length_at_rest(length_m, needed):
     assert clips_needed_on("left", with_length(length_m)) == needed
 
 
 def test_in_doubt_a_tube_gets_rather_one_clip_more():
-    unsure = with_length(needed_m("duct") - 0.0003, std_m=0.0004)
+    unsure = with_length(needed_m("duct", SLIM_APPLIER) - 0.0003, std_m=0.0004)
     assert clips_needed_on("left", unsure) == USUAL_CLIPS
     assert clips_needed_on("left", unsure, stds=0.0) == FEWEST_CLIPS

@@ -8,6 +8,7 @@ import pytest
 from planner.scene.crossing import tubes_in_order
 from planner.scene.next_task import NotNowError, clips_on, next_of_all, next_task
 from tests.planner.observations import clipped, third_tube, with_tube, writable
+from tests.tissue_sim.kinds import APPLIER, SLIM_APPLIER
 from tissue_sim.outcome.clip_rule import needed_m
 from tissue_sim.patient.anatomy import TUBES
 
@@ -31,12 +32,16 @@ def test_an_action_that_is_not_possible_is_refused(deed, n, why):
         next_task(deed, "left", clipped(left=n, right=3))
 
 
-@pytest.mark.parametrize(("duct", "n_needed"), [("left", 2), ("right", 3)])
-def test_a_short_tube_is_cut_between_two_clips(duct, n_needed):
-    """Take a tube with room for three clips if it is the artery, and for two if it is the duct."""
-    along_m = 0.5 * (needed_m("duct") + needed_m("artery"))
-    seen = clipped(left=1, duct=duct)
-    seen = replace(seen, rest_length_m=np.array([along_m, *seen.rest_length_m[1:]]))
+@pytest.mark.parametrize(("diameter_m", "n_needed"), [(0.0045, 2), (0.003, 3)])
+def test_a_short_tube_is_cut_between_two_clips(diameter_m, n_needed):
+    """Take a tube with room for three clips of titanium, but for two of the wider polymer."""
+    along_m = 0.5 * (needed_m("duct", APPLIER) + needed_m("duct", SLIM_APPLIER))
+    seen = clipped(left=1)
+    seen = replace(
+        seen,
+        rest_length_m=np.array([along_m, *seen.rest_length_m[1:]]),
+        tube_radius_m=np.full(3, 0.5 * diameter_m),
+    )
     last = "third" if n_needed == 2 else "second"
     assert next_task("clip", "left", seen).text == f"clipping {last} clip left tube"
     with pytest.raises(NotNowError, match=f"has 1 of the {n_needed} clips"):
@@ -68,9 +73,9 @@ def test_a_clip_between_tubes_that_are_close_is_on_the_nearer():
         (0.028, 1, 0, "clipping second clip left tube"),
         (0.028, 2, 3, "clipping third clip left tube"),
         (0.028, 3, 0, "go to the cutting position left tube"),
-        (0.017, 0, 0, "clipping first clip left tube"),
-        (0.017, 1, 0, "clipping third clip left tube"),
-        (0.017, 2, 0, "go to the cutting position left tube"),
+        (0.010, 0, 0, "clipping first clip left tube"),
+        (0.010, 1, 0, "clipping third clip left tube"),
+        (0.010, 2, 0, "go to the cutting position left tube"),
     ],
 )
 def test_the_left_tube_comes_first_by_what_it_lacks(length_m, left, right, due):

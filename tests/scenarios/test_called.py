@@ -19,6 +19,7 @@ from scenarios.viewer.recording_frames import marks_of
 from tests.scenarios.calling import UNSURE, PlannerCalls
 from tests.scenarios.example_results import read_results
 from tests.scenarios.procedures import run
+from tests.tissue_sim.kinds import SLIM_APPLIER
 from tissue_sim.outcome.clip_rule import needed_m
 from tissue_sim.outcome.room import why_call
 
@@ -39,7 +40,7 @@ def too_short(tmp_path_factory):
 
 def test_a_short_duct_ends_as_called_within_a_second_with_nothing_clipped(too_short):
     result, record = too_short.result, too_short.world.record
-    assert too_short.world.anatomy.duct_length_m < needed_m("duct")
+    assert too_short.world.anatomy.duct_length_m < needed_m("duct", SLIM_APPLIER)
     assert result.outcome == "called"
     assert result.call.needed
     assert result.call.reason.startswith("The duct is 6.0 mm long: a clip on either side")

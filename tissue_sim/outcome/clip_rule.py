@@ -25,16 +25,20 @@ from tissue_sim.tools.instruments import Instrument, clip_of
 
 USUAL_CLIPS, FEWEST_CLIPS = 3, 2  # clips on a tube
 
-# The excess over the thresholds is assumed: the error of placement.
+# The excess over the thresholds: the error of placement, measured with the scripted expert.
 SPACING_SPARE_M = 0.0003  # between two clips that stay in the patient
 CUT_SPARE_M = 0.0008  # between the clips beside the cut
-# From a tube's ends to the applier's jaws, so that they catch nothing else. At the low end the
-# filter lets the fingers pass beside the structure at risk (measured).
-LOW_ROOM_M = {"duct": 0.0034, "artery": 0.0016, "second artery": 0.0016}
-HIGH_ROOM_M = 0.0020  # to the gallbladder
-NEARER_M = 0.0006  # on a short tube the high margin may be smaller by this
-SCARCE_M = 0.002  # a tube with less spare length is short; assumed
+# From the structure at risk to the jaws that place the lowest clip: the filter keeps 0.5 mm. Tubes
+# leave their trunk aslant, so the clip lands 0.3 to 0.9 mm higher (ten tubes of tuning patients).
+LOW_ROOM_M = {"duct": 0.0014, "artery": 0.0009, "second artery": 0.0009}
+# The highest clip leaves with the gallbladder and may sit at its wall: the middle of the duct's may
+# come up to half a clip's width from the neck, and the artery's jaws press the wall aside by this.
+PRESSED_M = 0.0005
+COMFORT_M = 0.0030  # by which it stays further off where there is room
+CLEAR_M = 0.0005  # from its jaws to the gallbladder, on a tube that takes three clips
 SHARES = 0.18, 0.17, 0.20  # of the spare length: below clips, between two, above; assumed
+FIRST_ABOVE = 0.5  # of the spare length goes above the highest clip, up to `COMFORT_M`; assumed
+ASIDE = 0.15  # of the spare length by which the highest clip goes lower; assumed
 
 
 def spacing_m(applier: Instrument) -> float:
@@ -48,31 +52,31 @@ def cut_room_m(applier: Instrument) -> float:
 
 
 def low_margin_m(structure: str, applier: Instrument) -> float:
-    """Return the distance of the lowest clip's middle from the tube's fixed end, m."""
+    """Return the least distance of the lowest clip's middle from the tube's fixed end, m."""
     return applier.half_jaw_m + LOW_ROOM_M[structure]
 
 
-def high_margin_m(applier: Instrument) -> float:
-    """Return the usual distance of the highest clip's middle from the gallbladder, m."""
-    return applier.half_jaw_m + HIGH_ROOM_M
-
-
-def least_high_margin_m(applier: Instrument) -> float:
+def high_margin_m(structure: str, applier: Instrument) -> float:
     """Return the least distance of the highest clip's middle from the gallbladder, m."""
-    return high_margin_m(applier) - NEARER_M
+    if structure == "duct":
+        return 0.5 * clip_of(applier).width_m
+    return applier.half_jaw_m - PRESSED_M
 
 
 def needed_m(structure: str, applier: Instrument, n_clips: int = USUAL_CLIPS) -> float:
     """Return the least length of a tube that has room for the clips and a cut, m.
+
+    A tube takes three clips only where the highest clip's jaws stay clear of the gallbladder.
 
     Args:
         structure: "duct", "artery" or "second artery".
         applier: The applier, whose clips and jaws need the room.
         n_clips: Number of clips on the tube.
     """
-    staying_m = (n_clips - FEWEST_CLIPS) * spacing_m(applier)
-    ends_m = low_margin_m(structure, applier) + least_high_margin_m(applier)
-    return ends_m + staying_m + cut_room_m(applier)
+    least_m = _least_m(structure, applier, n_clips)
+    if n_clips == FEWEST_CLIPS:
+        return least_m
+    return least_m + applier.half_jaw_m + CLEAR_M - high_margin_m(structure, applier)
 
 
 def clips_needed(structure: str, length_m: float, applier: Instrument) -> int:
@@ -90,9 +94,9 @@ def clip_stations_m(
 ) -> tuple[Any, ...]:
     """Return where the clips go, m from the fixed end: all but one low, the last one high.
 
-    The spare length is divided about equally, with a part on both sides of the cut. If spare length
-    is scarce, the last clip goes nearer to the gallbladder. A tube of `needed_m` has just room for
-    all clips.
+    Of the length beyond the least, half goes above the highest clip, until its jaws are well clear
+    of the gallbladder. The remaining spare length is divided about equally. A tube of the least
+    length has just room for all clips.
 
     Args:
         structure: "duct", "artery" or "second artery".
@@ -103,13 +107,22 @@ def clip_stations_m(
     """
     if isinstance(length_m, int | float):
         length_m = np.float64(length_m)
-    n_low, spacing, cut_room = n_clips - 1, spacing_m(applier), cut_room_m(applier)
-    first, last = low_margin_m(structure, applier), length_m - high_margin_m(applier)
-    spare = last - first - (n_low - 1) * spacing - cut_room
-    nearer = (1.0 - aside) * (SCARCE_M - spare).clip(0.0, NEARER_M)
-    shared = (spare + nearer).clip(min=0.0)
     below, between, above = SHARES
-    low = [first + (below + k * between) * shared + k * spacing for k in range(n_low)]
-    high = last + nearer - (above + 0.3 * aside) * spare.clip(min=0.0)
-    lacking = (low[-1] + cut_room - high).clip(min=0.0) * (spare > 0.0)
-    return (*low, high + lacking)
+    spare = length_m - _least_m(structure, applier, n_clips)
+    room = spare.clip(min=0.0)
+    first = low_margin_m(structure, applier)
+    low = [
+        first + (below + k * between) * room + k * spacing_m(applier) for k in range(n_clips - 1)
+    ]
+    comfort = (FIRST_ABOVE * room).clip(max=COMFORT_M)
+    off = comfort + (above * room - comfort).clip(min=0.0) + ASIDE * aside * room
+    lowest = low[-1] + cut_room_m(applier)
+    high = length_m - high_margin_m(structure, applier) - off
+    return (*low, high + (lowest - high).clip(min=0.0) * (spare > 0.0))
+
+
+def _least_m(structure: str, applier: Instrument, n_clips: int) -> float:
+    """Return the length of a tube on which clips and cut have the least margins, m."""
+    staying_m = (n_clips - FEWEST_CLIPS) * spacing_m(applier)
+    ends_m = low_margin_m(structure, applier) + high_margin_m(structure, applier)
+    return ends_m + staying_m + cut_room_m(applier)

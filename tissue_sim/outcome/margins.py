@@ -10,7 +10,6 @@ from tissue_sim.field import Field
 from tissue_sim.outcome.predicates import (
     beside_cut,
     cuffs_m,
-    edge_m,
     gap_between_m,
     good_clips,
     station_m,
@@ -70,9 +69,8 @@ def _gaps_m(field: Field, tube: str) -> list[float]:
 
 
 def _cuffs_m(field: Field, tube: str) -> list[float]:
-    """Return the lengths of tissue between clips' edges and the tube's ends, and beside a cut."""
-    clips = good_clips(field, tube)
-    cuffs = [edge_m(field.tubes, clip, tube) for clip in clips]
+    """Return the lengths of tissue between a cut and the clips beside it."""
+    clips, cuffs = good_clips(field, tube), list[float]()
     for cut in (c for c in field.record.cuts if c.tube == tube):
         low, high = beside_cut(cut, clips, tube)
         if low and high:

@@ -98,10 +98,16 @@ def clips_needed_on(field: Field, tube: str) -> int:
 
 
 def good_clips(field: Field, tube: str) -> tuple[Clip, ...]:
-    """Return the clips on this tube alone that are complete, square and apart, and close it."""
+    """Return the clips on this tube alone that are complete, square and apart, and close it.
+
+    The highest clip on a tube leaves with the gallbladder, so it may also hold the gallbladder.
+    """
+    on_tube = [clip for clip in field.record.clips if not clip.lost and clip.on(tube)]
+    highest = max(on_tube, key=lambda clip: station_m(clip, tube), default=None)
     placed: list[Clip] = []
-    for clip in field.record.clips:
-        if _well_placed(field.tubes, clip, tube) and _apart(clip, placed, tube):
+    for clip in on_tube:
+        allowed = clip is highest or not clip.on_sac
+        if allowed and _well_placed(field.tubes, clip, tube) and _apart(clip, placed, tube):
             placed.append(clip)
     return tuple(placed)
 
@@ -112,8 +118,11 @@ def clip_placed(field: Field, tube: str, k: int) -> bool:
     If the tube needs fewer clips, that number is sufficient.
     """
     n = min(k, clips_needed_on(field, tube))
-    stations = [station_m(c, tube) for c in good_clips(field, tube)][:n]
-    return len(stations) == n and all(a < b for a, b in pairwise(stations))
+    clips = good_clips(field, tube)[:n]
+    stations = [station_m(clip, tube) for clip in clips]
+    staying = clips[: clips_needed_on(field, tube) - 1]
+    rising = all(a < b for a, b in pairwise(stations))
+    return len(stations) == n and rising and not any(clip.on_sac for clip in staying)
 
 
 def right_arm_back(field: Field, from_m: float = RETRACTED_M) -> bool:
@@ -137,6 +146,7 @@ def tube_cut(field: Field, tube: str) -> bool:
         return False
     stay = clips_needed_on(field, tube) - 1
     low, high = beside_cut(cuts[0], good_clips(field, tube), tube)
+    low = [clip for clip in low if not clip.on_sac]
     return len(low) >= stay and bool(high) and cuffs_m(cuts[0], low[-1], high[0]) >= CUFF_MIN_M
 
 
@@ -185,17 +195,10 @@ def _well_placed(tubes: Tubes, clip: Clip, tube: str) -> bool:
         and not clip.lost
         and len(clip.crossings) == 1
         and all(clip.complete)
-        and not clip.on_sac
         and crossing.tilt_rad <= CLIP_MAX_TILT_RAD
         and closure(tubes, clip, tube) < LUMEN_CLOSED
-        and edge_m(tubes, clip, tube) >= CUFF_MIN_M
+        and station_m(clip, tube) >= 0.5 * clip.kind.width_m
     )
-
-
-def edge_m(tubes: Tubes, clip: Clip, tube: str) -> float:
-    """Return the distance from the clip's edge to the nearer end of the tube."""
-    s = station_m(clip, tube)
-    return min(s, tubes.length_m[tube] - s) - 0.5 * clip.kind.width_m
 
 
 def _apart(clip: Clip, placed: Sequence[Clip], tube: str) -> bool:

@@ -12,7 +12,7 @@ from tissue_sim.frames import Array
 from tissue_sim.surgery import abuses, injuries
 from tissue_sim.surgery.clip import Clip, grip_n, latch
 from tissue_sim.surgery.clip_bar import leave_jaws, pushes_n
-from tissue_sim.surgery.clip_slip import Pull, apply_pull, update_after_cut
+from tissue_sim.surgery.clip_slip import Pull, apply_pull, update_after_cut, update_after_hole
 from tissue_sim.surgery.cut import SHEAR_GAP_M, sever
 from tissue_sim.surgery.grasp import RIGHT_FINGERS, follow_grasp
 from tissue_sim.surgery.injury import InjuryMonitor
@@ -51,10 +51,10 @@ def record_step(field: Field, step_s: float, beyond_rad: float, intended: str | 
     if stab_m > PIERCED_M:
         _pierce(field)
     r = _tear(field, r, loads, time_s)
+    if any(clip.sac_rings for clip in r.clips):
+        r = _with_clips(r, [update_after_hole(field.tubes, clip) for clip in r.clips])
     if any(clip.lost or clip.in_jaws for clip in r.clips):
-        now = _clips_beside_tools(field, r.clips, step_s)
-        if any(clip is not before for clip, before in zip(now, r.clips, strict=True)):
-            r = replace(r, clips=now)
+        r = _with_clips(r, _clips_beside_tools(field, r.clips, step_s))
     if r.pull is not None:
         r = _pull(field, r, r.pull, step_s, monitor)
     r = _leak(field, r, step_s)
@@ -98,7 +98,10 @@ def _clip(
     T, kind = field.arms.T_world_tool()[RIGHT_ARM], clip_of(field.arms.mounted[RIGHT_ARM])
     clip = latch(field.tubes, T, kind, number=len(r.clips) + 1, time_s=time_s)
     meant = intended if intended is not None else field.tubes.nearest(T, kind.length_m)
-    for reading in (*injuries.wrongly_clipped(clip, meant), *abuses.clipped_twice(r.clips, clip)):
+    for reading in (
+        *injuries.wrongly_clipped(r.clips, clip, meant),
+        *abuses.clipped_twice(r.clips, clip),
+    ):
         monitor.add(reading, time_s)
     return replace(r, clips=(*r.clips, clip), clip_loaded=False)
 
@@ -151,7 +154,14 @@ def _tear(field: Field, r: Record, loads: Sequence[Load], time_s: float) -> Reco
     return _part_clips(field, r)
 
 
-def _clips_beside_tools(field: Field, clips: Sequence[Clip], step_s: float) -> tuple[Clip, ...]:
+def _with_clips(r: Record, clips: Sequence[Clip]) -> Record:
+    """Return the record with these clips, itself if no clip has changed."""
+    if all(clip is before for clip, before in zip(clips, r.clips, strict=True)):
+        return r
+    return replace(r, clips=tuple(clips))
+
+
+def _clips_beside_tools(field: Field, clips: Sequence[Clip], step_s: float) -> list[Clip]:
     """Return the clips after instruments and gravity have moved them.
 
     A clip may leave the jaws, be pushed aside, or fall.
@@ -159,7 +169,7 @@ def _clips_beside_tools(field: Field, clips: Sequence[Clip], step_s: float) -> t
     shapes = field.arms.contact_shapes()
     now = [leave_jaws(field.tubes, clip, shapes) for clip in clips]
     now = [push_aside(clip, shapes) if clip.lost else clip for clip in now]
-    return tuple(fall(clip, field.organ.bed, step_s) for clip in now)
+    return [fall(clip, field.organ.bed, step_s) for clip in now]
 
 
 def _part_clips(field: Field, r: Record) -> Record:

@@ -26,10 +26,17 @@ from tissue_sim.thresholds import (
 from tissue_sim.tools.arms import RIGHT_ARM
 
 
-def wrongly_clipped(clip: Clip, meant: str) -> Iterator[LimitReading]:
-    """Yield each structure under a new clip that is not the intended structure."""
+def wrongly_clipped(before: Sequence[Clip], clip: Clip, meant: str) -> Iterator[LimitReading]:
+    """Yield each structure under a new clip that is not the intended structure.
+
+    A clip above another one on the intended tube leaves with the gallbladder, and may hold its
+    wall; any other clip may not.
+    """
     wrong = [c.tube for c in clip.crossings if c.tube != meant]
-    for name in wrong + ["gallbladder"] * clip.on_sac:
+    own = clip.on(meant)
+    below = [x for old in before if not old.lost and (x := old.on(meant)) is not None]
+    leaves = own is not None and any(x.station_m < own.station_m for x in below)
+    for name in wrong + ["gallbladder"] * (clip.on_sac and not leaves):
         yield LimitReading(event=f"clip on {name}", value=1, limit=0)
 
 

@@ -20,7 +20,7 @@ from tissue_sim.outcome.clip_rule import (
     USUAL_CLIPS,
     clip_stations_m,
     cut_room_m,
-    least_high_margin_m,
+    high_margin_m,
     needed_m,
     spacing_m,
 )
@@ -135,7 +135,7 @@ def _stations(kind: Kind, clips_m: Tensor, there: Tensor) -> Tensor:
         clips_m: (B, m) stations of the clips on the tubes, in their order.
         there: (B, m) 1 where there is a clip.
     """
-    highest_m = kind.length_m - kind.value(lambda _, a: least_high_margin_m(a))
+    highest_m = kind.length_m - kind.value(high_margin_m)
     cut_m, apart_m = (kind.value(lambda _, a, f=f: f(a)) for f in (cut_room_m, spacing_m))
     found, lowest = list[Tensor](), list[Tensor]()
     for n in NUMBERS:

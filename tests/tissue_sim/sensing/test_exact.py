@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 from controller.kinematics import inverse_kinematics
+from tests.tissue_sim.kinds import POLYMER
 from tests.tissue_sim.treatment import run
 from tests.tissue_sim.verification.bodies import EPS, astride
 from tissue_sim.frames import (
@@ -26,7 +27,7 @@ from tissue_sim.patient.anatomy import Tube
 from tissue_sim.patient.organ import INFUNDIBULUM_M, INFUNDIBULUM_SEGMENTS
 from tissue_sim.patient.textbook import textbook_from_seed
 from tissue_sim.sensing.observation import MAX_CLIPS, SAC_POINTS, TUBE_POINTS, Observation
-from tissue_sim.surgery.clip import CLIP_LENGTH_M, CLIP_WIDTH_M, latch
+from tissue_sim.surgery.clip import latch
 from tissue_sim.surgery.cut import BLADE_LENGTH_M, sever
 from tissue_sim.tools.arms import HOME_JOINTS, LEFT_ARM, RIGHT_ARM, JointCommand
 from tissue_sim.tools.psm import forward_kinematics
@@ -115,9 +116,11 @@ def test_left_and_right_are_as_the_endoscope_sees_them(world: World) -> None:
 
 
 def clip(world: World, tube: str, share: float) -> None:
-    T = astride(world.tubes, tube, share * world.tubes.length_m[tube], beyond_m=CLIP_LENGTH_M / 2)
+    T = astride(
+        world.tubes, tube, share * world.tubes.length_m[tube], beyond_m=POLYMER.length_m / 2
+    )
     r = world.record
-    made = latch(world.tubes, T, number=len(r.clips) + 1, time_s=r.time_s)
+    made = latch(world.tubes, T, POLYMER, number=len(r.clips) + 1, time_s=r.time_s)
     world.record = replace(r, clips=(*r.clips, made))
 
 
@@ -145,7 +148,7 @@ def test_clips_are_seen_on_their_tubes_in_order_of_closing(world: World) -> None
     assert observation.n_clips == len(placed)
     for place, (tube, share) in zip(in_world(world, observation.clips_m), placed, strict=False):
         at, _ = world.tubes.point(tube, share * world.tubes.length_m[tube])
-        assert np.linalg.norm(place - at) < 0.5 * CLIP_WIDTH_M
+        assert np.linalg.norm(place - at) < 0.5 * POLYMER.width_m
     assert not observation.clips_m[len(placed) :].any()
 
 
@@ -160,7 +163,7 @@ def test_of_more_clips_than_there_is_room_for_the_last_are_seen(world: World) ->
     assert observation.n_clips == MAX_CLIPS + 2
     depth_m = in_world(world, observation.clips_m) @ AWAY
     assert (np.diff(depth_m) > 0).all()
-    middle = world.arms.T_world_tool()[RIGHT_ARM] @ [0.0, 0.0, -0.5 * CLIP_LENGTH_M, 1.0]
+    middle = world.arms.T_world_tool()[RIGHT_ARM] @ [0.0, 0.0, -0.5 * POLYMER.length_m, 1.0]
     np.testing.assert_allclose(in_world(world, observation.clips_m)[-1], middle[:3], atol=FLOAT32_M)
 
 
