@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from planner.language.reading import Applier, Reading
+from planner.person.findings import tube_named
 from planner.procedure.task import Task
 from planner.scene.crossing import tubes_in_order
 from planner.scene.duct_side import duct_side, structure_seen
@@ -22,14 +23,15 @@ from tissue_sim.tools.instruments import Instrument, appliers, clip_of
 def tube_meant(reading: Reading, task: Task, observation: Observation) -> Tube:
     """Return the tube whose next clip a person chooses the applier for.
 
-    The tube is that of the command, else of the task in force, else the next that lacks a clip.
+    The tube is that of the command, else the named one, else that of the task in force, else the
+    next that lacks a clip.
 
     Raises:
         NotNowError: The tube is not there, or no tube lacks a clip.
     """
     command = reading.command and reading.command.seen(duct_side(observation))
     named = command and (command.tube or (command.task and command.task.tube))
-    if named:
+    if named := named or tube_named(reading.about, observation):
         require_there(named, observation)
         return named
     order: list[Tube] = [task.tube] if task.tube else []

@@ -46,9 +46,7 @@ class Asked:
     @property
     def tube(self) -> Tube | None:
         """Return the tube that the question names; None if it names none."""
-        if self.about in ("duct", "artery"):
-            return tube_of(self.about, self.observation)
-        return next((tube for tube in TUBES if self.about == f"{tube} tube"), None)
+        return tube_named(self.about, self.observation)
 
     @property
     def lacks(self) -> str:
@@ -60,6 +58,13 @@ class Asked:
     def name(self) -> str:
         """Return the name of that tube's structure."""
         return structure_seen(self.tube, self.observation) if self.tube else ""
+
+
+def tube_named(about: Thing | None, observation: Observation) -> Tube | None:
+    """Return the tube of a thing that a sentence names; None if that is no tube."""
+    if about in ("duct", "artery"):
+        return tube_of(about, observation)
+    return next((tube for tube in TUBES if about == f"{tube} tube"), None)
 
 
 def clips(asked: Asked) -> str:

@@ -111,14 +111,17 @@ def _find(kind: str, words: str) -> re.Match[str] | None:
 
 
 def on_what(act: Act, words: str) -> str:
-    """Return which gripper or tube is named; "" for none, and for two of them."""
+    """Return which gripper or tube is named first; "" for none, and for a pair of them."""
     kind = "gripper" if act == "open" else "tube"
     if _names_two(kind, words):
         return ""
-    for name, phrases in phrase_lists("forbidding")[f"{kind}s"].items():
-        if whole_words(phrases).search(words):
-            return f"{name} {kind}" if name in ("left", "right", "third") else name
-    return ""
+    names = phrase_lists("forbidding")[f"{kind}s"]
+    found = {name: whole_words(phrases).search(words) for name, phrases in names.items()}
+    begin = {name: match.start() for name, match in found.items() if match}
+    if not begin:
+        return ""
+    name = min(begin, key=begin.__getitem__)
+    return f"{name} {kind}" if name in ("left", "right", "third") else name
 
 
 def _names_two(kind: str, words: str) -> bool:

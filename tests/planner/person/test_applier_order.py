@@ -72,6 +72,25 @@ def test_an_applier_for_a_named_tube_is_chosen_with_its_clip():
     assert "for the artery. clipping first clip right tube" in given.reply
 
 
+@pytest.mark.parametrize(
+    ("text", "tube"),
+    [
+        ("use the titanium clip for the artery", "right"),
+        ("take the slim applier on the right tube", "right"),
+        ("use the slim applier for the second artery", "third"),
+    ],
+)
+def test_an_applier_may_be_chosen_for_a_named_tube_alone(text, tube):
+    seen = third_tube(wide(3.5, 2.0))
+    assert told(text, seen)[1].standing.appliers == {tube: SLIM_CLIP_APPLIER}
+
+
+def test_no_applier_is_chosen_for_a_tube_that_is_not_there():
+    given, planner = told("use the slim applier for the second artery", wide(3.5, 2.0))
+    assert given.reply.startswith("Not done: there is no third tube here.")
+    assert planner.standing.appliers == {}
+
+
 def test_a_choice_while_the_arm_is_at_the_tubes_waits_until_it_is_back():
     assert "once the right arm is back" in told("use titanium", wide(3.5, 2.0, at_work()))[0].reply
     far = wide(3.5, 2.0, at_work(back=True))
