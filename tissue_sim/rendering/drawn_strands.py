@@ -1,6 +1,8 @@
-"""Draw the remaining connective tissue: bundles of wavy fibres with some fat, until they break."""
+"""Draw the remaining connective tissue until it breaks: thin fibres in a clear, wet film."""
 
 from __future__ import annotations
+
+from dataclasses import replace
 
 import numpy as np
 import sapien
@@ -9,32 +11,36 @@ from numpy.typing import NDArray
 from tissue_sim.field import Field
 from tissue_sim.frames import Array, unit
 from tissue_sim.rendering.drawing import Drawn, Surface
-from tissue_sim.rendering.shapes import threads
+from tissue_sim.rendering.shapes import joined, sheet, threads
 from tissue_sim.rendering.textures import TILE_M, Look
 
-STRAND_RADIUS_M = 0.00028  # of a fibre's middle third; a fibre spreads out where it is attached
-FIBRES = 3  # fibres in a strand
-SPREAD_M = 0.0006  # distance of a fibre's attachment from the strand's line
-SAG = 0.06  # of a strand's length
-WAVE = 0.09  # of a strand's length: a slack fibre is wavy
-FAT = 3.0  # swelling of every strand's second fibre by the lumpy fat on it, in fibre radii
-LOOK = Look(colour=(0.80, 0.54, 0.24), mottle=0.15, relief=0.05, film=0.9)
-_ALONG, _AROUND = 11, 6
+STRAND_RADIUS_M = 0.00011  # of a fibre's middle third; a fibre spreads out where it is attached
+FIBRES = 4  # fibres in a strand
+SPREAD_M = 0.0011  # distance of a fibre's attachment from the strand's line
+SAG = 0.04  # of a strand's length
+WAVE = 0.05  # of a strand's length: a slack fibre is wavy
+FIBRE_LOOK = Look(colour=(0.72, 0.52, 0.38), film=0.3)
+FILM_LOOK = Look(colour=(0.68, 0.46, 0.32), film=0.3, clear=0.7)
+_ALONG, _AROUND = 11, 4
 
 
 class DrawnStrands:
-    """One surface for all unbroken strands."""
+    """One surface for the fibres of all unbroken strands, and one for the film between them."""
 
     def __init__(self, scene: sapien.Scene) -> None:
-        self._drawn = Drawn(scene, "fat", LOOK)
+        self._fibres = Drawn(scene, "fat:fibres", FIBRE_LOOK)
+        self._film = Drawn(scene, "fat:film", FILM_LOOK)
 
     def update(self, field: Field) -> None:
         """Draw the strands at their current places."""
         held = holding(field)
         if len(held):
-            self._drawn.show(bundles(held, field.tissue.positions()[held].astype(float)))
+            lines = fibres(held, field.tissue.positions()[held].astype(float))
+            self._fibres.show(bundles(lines))
+            self._film.show(film(lines))
         else:
-            self._drawn.hide()
+            self._fibres.hide()
+            self._film.hide()
 
 
 def holding(field: Field) -> NDArray[np.int32]:
@@ -48,8 +54,11 @@ def holding(field: Field) -> NDArray[np.int32]:
     return strands[(stiffness > 0.0) & (link == strands).all(axis=1)]
 
 
-def bundles(numbers: NDArray[np.int32], ends: Array) -> Surface:
-    """Build strands' fibres between ends (n, 2, 3), m, varied by the vertex numbers (n, 2)."""
+def fibres(numbers: NDArray[np.int32], ends: Array) -> Array:
+    """Return strands' fibres (n, `FIBRES`, k, 3) between ends (n, 2, 3), m.
+
+    They are varied by the numbers of the ends' vertices (n, 2).
+    """
     strand, fibre = np.divmod(np.arange(FIBRES * len(ends)), FIBRES)
     chance = np.sin(numbers[strand] @ [12.9898, 78.233] + 37.719 * fibre) * 43758.5453 % 1.0
     start, end = ends[strand, 0], ends[strand, 1]
@@ -63,7 +72,20 @@ def bundles(numbers: NDArray[np.int32], ends: Array) -> Surface:
     out_m = SPREAD_M * (2.0 * t - 1.0) ** 2 + WAVE * length[..., 0] * wave
     line = start[:, None] + t[:, None] * (end - start)[:, None] + out_m[..., None] * aside[:, None]
     line[..., 2] -= 4.0 * SAG * length[..., 0] * t * (1.0 - t)
-    lumps = 0.7 + 0.3 * np.sin(2.0 * np.pi * (1.7 * t + 3.0 * chance[:, None]))
-    fat = np.sin(np.pi * t) * lumps * (fibre == 1)[:, None]
-    radius_m = STRAND_RADIUS_M * (0.55 + 1.3 * (2.0 * t - 1.0) ** 4 + FAT * fat)
-    return threads(line, radius_m, TILE_M, around=_AROUND)
+    return line.reshape(len(ends), FIBRES, _ALONG, 3)
+
+
+def bundles(lines: Array) -> Surface:
+    """Build the fibres of strands (n, `FIBRES`, k, 3) as threads."""
+    t = np.linspace(0.0, 1.0, _ALONG)
+    radius_m = STRAND_RADIUS_M * (0.7 + 1.3 * (2.0 * t - 1.0) ** 4)
+    line = lines.reshape(-1, _ALONG, 3)
+    radii_m = np.broadcast_to(radius_m, line.shape[:2])
+    return threads(line, radii_m, TILE_M, around=_AROUND)
+
+
+def film(lines: Array) -> Surface:
+    """Build the film between the neighbouring fibres of each strand, visible from both sides."""
+    sheets = [sheet(strand, TILE_M) for strand in lines]
+    backs = [replace(s, normals=-s.normals, triangles=s.triangles[:, ::-1]) for s in sheets]
+    return joined([*sheets, *backs])

@@ -5,6 +5,10 @@ so the first picture comes at once. It adds the clear film of liquid on tissue a
 tissue in steel. It also adds a filmic tone curve in place of clipping, softened edges, and
 positions in micrometres instead of millimetres.
 
+A clear surface lets through a share of the pixels behind it, in a fine pattern ("interleaved
+gradient noise", Jimenez, 2014) that the softened edges blur. Its share is the material's
+transmission, which 'minimal' does not use.
+
 The film needs two numbers that 'minimal' does not use. The fourth component of a material's
 emission is 1 less the share of the surface under the film. The fourth component of a relief is the
 place where the film stays.
@@ -49,6 +53,10 @@ mat3 tangentFrame(vec3 n) {
 
 void main()"""  # Schueler, "Followup: normal mapping without precomputed tangents", 2013
 _BUMP = """\
+  if (materialBuffer.transmission > 0.0) {
+    float chance = fract(52.9829189 * fract(dot(gl_FragCoord.xy, vec2(0.06711056, 0.00583715))));
+    if (chance < materialBuffer.transmission) discard;
+  }
   float pooled = 1.0;
   vec3 rippled = normalize(inTbn[2]);
   if ((materialBuffer.textureMask & 4) != 0) {

@@ -39,6 +39,7 @@ class Look:
         lobule_contrast: Darkness of the seams between lobules.
         lobule_count: Number of lobules in a tile.
         dyed: Share of the surface under red liquid.
+        clear: Share of the pixels through which what lies behind is seen.
     """
 
     colour: Colour
@@ -55,6 +56,7 @@ class Look:
     lobule_contrast: float = 0.0
     lobule_count: int = 42
     dyed: float = 0.0
+    clear: float = 0.0
 
 
 @lru_cache(maxsize=64)  # materials of a few patients
@@ -103,6 +105,7 @@ def _plain(look: Look) -> sapien.render.RenderMaterial:
         specular=look.specular,
         metallic=look.metallic,
         emission=[*(look.glow * np.array(look.colour)), 1.0 - look.film],
+        transmission=look.clear,
     )
 
 

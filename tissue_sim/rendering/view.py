@@ -17,6 +17,7 @@ from tissue_sim.frames import Array
 from tissue_sim.rendering.drawn_assistant import DrawnAssistant
 from tissue_sim.rendering.drawn_bed import DrawnBed
 from tissue_sim.rendering.drawn_clips import DrawnClips
+from tissue_sim.rendering.drawn_fat import DrawnFat
 from tissue_sim.rendering.drawn_leaks import DrawnLeaks
 from tissue_sim.rendering.drawn_ligament import DrawnLigament
 from tissue_sim.rendering.drawn_strands import DrawnStrands
@@ -45,6 +46,7 @@ VISUALS = (
     DrawnAssistant,
     DrawnBed,
     DrawnLigament,
+    DrawnFat,
     DrawnTissue,
     DrawnStrands,
     DrawnClips,

@@ -31,6 +31,7 @@ CLASSES = (
     "common bile duct leak",
     "hepatic artery leak",
     "assistant",
+    "lymph node",
 )
 
 

@@ -9,8 +9,7 @@ from scenarios.viewer.frame import Frame, Patient
 from scenarios.viewer.layers.layer import SEEN_M, Rgb, show, srgb
 from tissue_sim.mechanics.topology import surface_faces
 from tissue_sim.rendering.drawn_leaks import LEAK_LOOKS
-from tissue_sim.rendering.drawn_strands import LOOK as STRAND
-from tissue_sim.rendering.drawn_strands import STRAND_RADIUS_M
+from tissue_sim.rendering.drawn_strands import FIBRE_LOOK, SPREAD_M
 from tissue_sim.rendering.drawn_tissue import looks
 from tissue_sim.rendering.skin import build_skin
 from tissue_sim.rendering.textures import DYE, Look
@@ -91,8 +90,8 @@ class StrandLayer:
         self._threads = scene.add_line_segments(
             f"{root}/strands",
             np.zeros((0, 2, 3)),
-            srgb(STRAND.colour),
-            thickness=2.0 * STRAND_RADIUS_M,
+            srgb(FIBRE_LOOK.colour),
+            thickness=SPREAD_M,
         )
 
     def update(self, frame: Frame) -> None:

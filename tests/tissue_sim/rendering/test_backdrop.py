@@ -7,7 +7,14 @@ from tissue_sim.frames import AWAY, RIGHT, UP, Array
 from tissue_sim.patient.anatomy import Anatomy, anatomy_from_seed
 from tissue_sim.patient.organ import Organ, build_organ
 from tissue_sim.patient.textbook import textbook_from_seed
-from tissue_sim.rendering.drawn_strands import SPREAD_M, STRAND_RADIUS_M, WAVE, bundles
+from tissue_sim.rendering.drawn_strands import (
+    SPREAD_M,
+    STRAND_RADIUS_M,
+    WAVE,
+    bundles,
+    fibres,
+    film,
+)
 from tissue_sim.rendering.drawn_surroundings import depth_behind_m, surroundings
 from tissue_sim.sensing.segmentation import CLASSES
 
@@ -68,7 +75,7 @@ def test_all_that_is_drawn_around_the_field_has_a_class(anatomy: Anatomy) -> Non
 def test_fibres_run_from_end_to_end_of_their_strands_and_keep_their_shape() -> None:
     ends = np.array([[[0.0, 0.0, 0.0], [0.006, 0.0, 0.0]], [[0.0, 0.01, 0.0], [0.0, 0.01, 0.008]]])
     numbers = np.array([[4, 9], [2, 7]], np.int32)
-    surface = bundles(numbers, ends)
+    surface = bundles(fibres(numbers, ends))
     reach_m = SPREAD_M + WAVE * 0.008 + 5.0 * STRAND_RADIUS_M + 0.06 * 0.008
     for start, end in ends:
         along = (surface.points - start) @ (end - start) / ((end - start) @ (end - start))
@@ -76,10 +83,13 @@ def test_fibres_run_from_end_to_end_of_their_strands_and_keep_their_shape() -> N
         own = off < reach_m
         assert along[own].min() < 0.05
         assert along[own].max() > 0.95
-    moved = bundles(numbers, ends + np.array([0.1, 0.0, 0.0]))
+    moved = bundles(fibres(numbers, ends + np.array([0.1, 0.0, 0.0])))
     np.testing.assert_allclose(
         moved.points - surface.points, [[0.1, 0.0, 0.0]] * len(moved.points), atol=1e-12
     )
     np.testing.assert_allclose(np.linalg.norm(surface.normals, axis=1), 1.0)
-    alone = bundles(numbers[1:], ends[1:])  # a strand does not change when another breaks
+    alone = bundles(fibres(numbers[1:], ends[1:]))  # a strand does not change when another breaks
     np.testing.assert_allclose(surface.points[len(surface.points) // 2 :], alone.points)
+    between = film(fibres(numbers, ends)).points
+    for p in between:  # the film ends at the fibres
+        assert np.linalg.norm(surface.points - p, axis=1).min() < 3.0 * STRAND_RADIUS_M
