@@ -59,7 +59,7 @@ def draw_studies(axes: Axes, studies: Sequence[Study], top: float) -> None:
     right = axes.get_xlim()[1]
     for k, study in enumerate(studies):
         y, mean, sd = top * (1.1 + 0.14 * k), study.mean / MM, study.sd / MM
-        label = None if k else "study: mean, bold: standard deviation, thin: range"
+        label = "" if k else "study: mean, bold: standard deviation, thin: range"
         axes.hlines(y, mean - sd, mean + sd, color=STUDY, lw=4, label=label)
         if study.low is not None and study.high is not None:
             axes.hlines(y, study.low / MM, study.high / MM, color=STUDY, lw=1)
