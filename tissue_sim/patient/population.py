@@ -65,12 +65,12 @@ _SECOND_COURSE: Mapping[str, Bounds] = {
 }
 SECOND_ARTERY: Mapping[str, Bounds] = {  # of the scenarios: with room
     "length_m": (0.022, 0.030),
-    "diameter_m": (0.0009, 0.0012),
+    "diameter_m": (0.0010, 0.0012),
     **_SECOND_COURSE,
 }
 # Of the population. No source found states its length or width. That the length follows the law of
 # the other artery is assumed; a study of casts calls the second artery short (openaire 16989149).
-SECOND_DRAWN: dict[str, Bounds] = {"diameter_m": (0.0009, 0.0015), **_SECOND_COURSE}
+SECOND_DRAWN: dict[str, Bounds] = {"diameter_m": (0.0010, 0.0015), **_SECOND_COURSE}
 SECOND_BEFORE: dict[str, Bounds] = {"depth_m": (-0.003, 0.0)}  # beside an artery behind the duct
 
 # Sizes follow the pooled laws of all studies; uniform laws are assumed.
