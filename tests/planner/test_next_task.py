@@ -73,9 +73,9 @@ def test_a_clip_between_tubes_that_are_close_is_on_the_nearer():
         (0.028, 1, 0, "clipping second clip left tube"),
         (0.028, 2, 3, "clipping third clip left tube"),
         (0.028, 3, 0, "go to the cutting position left tube"),
-        (0.017, 0, 0, "clipping first clip left tube"),
-        (0.017, 1, 0, "clipping third clip left tube"),
-        (0.017, 2, 0, "go to the cutting position left tube"),
+        (0.010, 0, 0, "clipping first clip left tube"),
+        (0.010, 1, 0, "clipping third clip left tube"),
+        (0.010, 2, 0, "go to the cutting position left tube"),
     ],
 )
 def test_the_left_tube_comes_first_by_what_it_lacks(length_m, left, right, due):

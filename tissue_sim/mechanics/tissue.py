@@ -35,6 +35,7 @@ STATE = (
     "surface", "covered", "load", "tet", "tet_alive", "folded",
     "lam", "stiffness_at", "stiffness_holds",
     "tie_stiffness", "link", "link_rest", "link_stiffness", "link_strength", "anchor_stiffness",
+    "strand_shape", "strand_point", "strand_normal",
     "contact_shape", "contact_side", "contact_force", "stick_point", "ring_above",
     "bed_force",
 )  # fmt: skip

@@ -5,6 +5,7 @@ A clip's squeeze is springs between the two halves of each ring under its legs.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 
 import numpy as np
@@ -12,6 +13,13 @@ from numpy.typing import NDArray
 
 from tissue_sim.frames import Array, inverse_pose, rigid_fit, transform
 from tissue_sim.patient.tubes import TIP_EDGE_M, Crossing, Tubes
+from tissue_sim.surgery.wall_squeeze import (
+    Spring,
+    rings_of,
+    wall_spacing_m,
+    wall_springs,
+    wall_under,
+)
 from tissue_sim.thresholds import CUFF_MIN_M
 from tissue_sim.tools.clips import ClipKind
 
@@ -28,6 +36,7 @@ class Clip:
         crossings: Current or last place of the clip on each caught tube; empty if it caught none.
         complete: For each crossing, whether the tube's whole width lies between the legs.
         on_sac: Whether the clip also caught part of the gallbladder.
+        sac_rings: The gallbladder's rings of which the legs squeeze a part.
         rings: For each crossing, the tube's rings under the legs.
         links: Rows of the clip's squeezing springs.
         vertices: The vertices that the clip holds.
@@ -47,6 +56,7 @@ class Clip:
     crossings: tuple[Crossing, ...] = ()
     complete: tuple[bool, ...] = ()
     on_sac: bool = False
+    sac_rings: tuple[int, ...] = ()
     rings: tuple[tuple[int, ...], ...] = ()
     links: tuple[int, ...] = ()
     vertices: tuple[int, ...] = ()
@@ -76,13 +86,13 @@ class Clip:
 
 def latch(tubes: Tubes, T_world_tool: Array, kind: ClipKind, *, number: int, time_s: float) -> Clip:
     """Close a clip at the applier's jaws; its legs cover the tissue between them."""
-    on_sac = tubes.sac_between(T_world_tool, kind.length_m, kind.width_m)
+    local = transform(inverse_pose(T_world_tool), tubes.tissue.positions(tubes.b).astype(float))
+    wall = wall_under(tubes.organ, local, length_m=kind.length_m, width_m=kind.width_m)
     found = [tubes.crossing(tube, T_world_tool, kind.length_m) for tube in tubes.organ.hollow]
     crossings = tuple(c for c in found if c is not None)
     if not crossings:
         lost = dropped_clip(T_world_tool, kind, number=number, time_s=time_s)
-        return replace(lost, on_sac=on_sac)
-    local = transform(inverse_pose(T_world_tool), tubes.tissue.positions(tubes.b).astype(float))
+        return replace(lost, on_sac=bool(wall.any()))
     complete, under, springs, caught = [], [], list[Spring](), list[int]()
     for crossing in crossings:
         side = tubes.side(crossing.tube, crossing.station_m)
@@ -93,13 +103,17 @@ def latch(tubes: Tubes, T_world_tool: Array, kind: ClipKind, *, number: int, tim
         for ring, held in zip(side[rings], inside, strict=True):
             springs += springs_across(ring, held, local, tubes.radius_m(crossing.tube))
             caught += ring[held].tolist()
+    on_wall = wall_springs(tubes.organ, local, wall, SQUEEZES)
+    springs += on_wall
+    caught += tubes.organ.sac_rings[wall].tolist()
     return Clip(
         number=number,
         kind=kind,
         time_s=time_s,
         crossings=crossings,
         complete=tuple(complete),
-        on_sac=on_sac,
+        on_sac=bool(wall.any()),
+        sac_rings=rings_of(tubes.organ, on_wall),
         rings=tuple(under),
         links=squeeze(tubes, springs, caught),
         vertices=tuple(caught),
@@ -134,6 +148,7 @@ def detach(tubes: Tubes, clip: Clip) -> Clip:
     return replace(
         clip,
         lost=True,
+        sac_rings=(),
         links=(),
         vertices=(),
         places_m=np.zeros((0, 3)),
@@ -154,7 +169,8 @@ def grip_n(tubes: Tubes, clip: Clip) -> float:
     """Return the force of the tissue on either leg, N.
 
     The springs represent whole rings of the mesh. Their tension over the length of tube that those
-    rings represent is a line load, which acts over the clip's width.
+    rings represent is a line load, which acts over the clip's width. On the gallbladder's neck, the
+    part of the width beyond the tube's end carries the wall's line load.
     """
     if not clip.links:
         return 0.0
@@ -162,7 +178,20 @@ def grip_n(tubes: Tubes, clip: Clip) -> float:
         len(rings) * tubes.ring_spacing_m(c.tube)
         for c, rings in zip(clip.crossings, clip.rings, strict=True)
     ) / len(clip.crossings)
-    return tension_n(tubes, clip.links) * clip.kind.width_m / rings_m
+    if not clip.sac_rings:
+        return tension_n(tubes, clip.links) * clip.kind.width_m / rings_m
+    on_wall = np.isin(tubes.tissue.host("link")[tubes.b, clip.links, 0], tubes.organ.sac_rings)
+    links, width_m = np.array(clip.links), clip.kind.width_m
+    on_tube_m = min(_width_on_m(tubes, crossing, width_m) for crossing in clip.crossings)
+    tube_n_m = tension_n(tubes, links[~on_wall]) / rings_m
+    wall_n_m = tension_n(tubes, links[on_wall]) / wall_spacing_m(tubes.organ, clip.sac_rings)
+    return tube_n_m * on_tube_m + wall_n_m * (width_m - on_tube_m)
+
+
+def _width_on_m(tubes: Tubes, crossing: Crossing, width_m: float) -> float:
+    """Return how much of a clip's width lies on its tube, below the gallbladder."""
+    to_neck_m = tubes.length_m[crossing.tube] - crossing.station_m
+    return float(np.clip(to_neck_m + 0.5 * width_m, 0.0, width_m))
 
 
 def holding_forces_n(tubes: Tubes, clip: Clip, grip: float) -> tuple[float, float]:
@@ -227,15 +256,14 @@ def _between_legs(local: Array, length_m: float) -> NDArray[np.bool_]:
 # assumed) are inverted while the clip is closed, and recover when it detaches. The walls are never
 # inverted.
 
-# Layer of a ring, stiffness of a spring (N/m), rest distance over tube radius. Assumed: so stiff
-# that the lumen closes (`tests/tissue_sim/verification/clip_closure.py`), the walls pressed flat.
+# Layer of a ring, stiffness of a spring (N/m), rest distance over the thickness of both walls: on a
+# tube, its radius. Assumed: so stiff that the lumen closes
+# (`tests/tissue_sim/verification/clip_closure.py`), the walls pressed flat.
 SQUEEZES = (
     ("inner", 15000.0, 0.002),
     ("outer", 5000.0, 0.30),
 )
 UNBREAKABLE_N = 1.0e9  # no pull comes near it: a clip gives way by its lock and by friction
-
-Spring = tuple[int, int, float, float]  # vertices, rest (m), stiffness (N/m)
 
 
 def springs_across(
@@ -295,7 +323,7 @@ def release(tubes: Tubes, rows: tuple[int, ...], vertices: tuple[int, ...]) -> N
     tubes.tissue.rewire(tubes.b)
 
 
-def tension_n(tubes: Tubes, rows: tuple[int, ...]) -> float:
+def tension_n(tubes: Tubes, rows: Sequence[int] | NDArray[np.integer]) -> float:
     """Return the sum of the springs' tensions, N."""
     host, at = tubes.tissue.host, (tubes.b, list(rows))
     x = tubes.tissue.positions(tubes.b)[host("link")[at]].astype(float)

@@ -12,7 +12,7 @@ from tissue_sim.frames import Array
 from tissue_sim.surgery import abuses, injuries
 from tissue_sim.surgery.clip import Clip, grip_n, latch
 from tissue_sim.surgery.clip_bar import leave_jaws, pushes_n
-from tissue_sim.surgery.clip_slip import Pull, apply_pull, update_after_cut
+from tissue_sim.surgery.clip_slip import Pull, apply_pull, update_after_cut, update_after_hole
 from tissue_sim.surgery.cut import SHEAR_GAP_M, sever
 from tissue_sim.surgery.grasp import RIGHT_FINGERS, follow_grasp
 from tissue_sim.surgery.injury import InjuryMonitor
@@ -53,10 +53,10 @@ def record_step(field: Field, step_s: float, beyond_rad: float, intended: str | 
     if stab_m > PIERCED_M:
         _pierce(field)
     r = _tear(field, r, loads, time_s)
+    if any(clip.sac_rings for clip in r.clips):
+        r = _with_clips(r, [update_after_hole(field.tubes, clip) for clip in r.clips])
     if any(clip.lost or clip.in_jaws for clip in r.clips):
-        now = _clips_beside_tools(field, r.clips, step_s)
-        if any(clip is not before for clip, before in zip(now, r.clips, strict=True)):
-            r = replace(r, clips=now)
+        r = _with_clips(r, _clips_beside_tools(field, r.clips, step_s))
     if r.pull is not None:
         r = _pull(field, r, r.pull, step_s, monitor)
     r = _leak(field, r, step_s)
@@ -156,7 +156,14 @@ def _tear(field: Field, r: Record, loads: Sequence[Load], time_s: float) -> Reco
     return _part_clips(field, r)
 
 
-def _clips_beside_tools(field: Field, clips: Sequence[Clip], step_s: float) -> tuple[Clip, ...]:
+def _with_clips(r: Record, clips: Sequence[Clip]) -> Record:
+    """Return the record with these clips, itself if no clip has changed."""
+    if all(clip is before for clip, before in zip(clips, r.clips, strict=True)):
+        return r
+    return replace(r, clips=tuple(clips))
+
+
+def _clips_beside_tools(field: Field, clips: Sequence[Clip], step_s: float) -> list[Clip]:
     """Return the clips after instruments, gravity and the body have moved them.
 
     A clip may leave the jaws, be pushed aside, fall, or move with the body on which it lies.
@@ -166,7 +173,7 @@ def _clips_beside_tools(field: Field, clips: Sequence[Clip], step_s: float) -> t
     now = [push_aside(clip, shapes) if clip.lost else clip for clip in now]
     bed, offset_m = field.organ.bed, field.body.offset_m
     moved_m = step_s * field.body.velocity_m_s
-    return tuple(fall(clip, bed, offset_m, moved_m, step_s) for clip in now)
+    return [fall(clip, bed, offset_m, moved_m, step_s) for clip in now]
 
 
 def _part_clips(field: Field, r: Record) -> Record:

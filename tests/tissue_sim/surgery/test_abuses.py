@@ -21,7 +21,9 @@ from tissue_sim.outcome.predicates import procedure_flags
 from tissue_sim.patient.at_risk import AT_RISK, COMMON_DUCT, HEPATIC_ARTERY
 from tissue_sim.patient.organ import TUBES
 from tissue_sim.patient.textbook import textbook_from_seed
+from tissue_sim.surgery.abuses import WALL_M, WALL_PA, fold_pressure_pa
 from tissue_sim.surgery.cut import BLADE_LENGTH_M
+from tissue_sim.thresholds import CRUSH_MAX_N, CRUSHED_M2
 from tissue_sim.tools.arms import LEFT_ARM, RIGHT_ARM
 from tissue_sim.world import World
 
@@ -109,6 +111,14 @@ def squeeze(world: World, arm: int, tube: str, jaw_rad: float) -> None:
         world.drop_clip()
     put(world, arm, across(world, tube), OPEN_RAD)
     close(world, arm, jaw_rad, steps=15)
+    wait(world, 5)
+
+
+def squeeze_neck(world: World, jaw_rad: float) -> None:
+    """Take the gallbladder's neck between the jaws of the empty applier."""
+    world.drop_clip()
+    put(world, RIGHT_ARM, before_sac(world, 1, 0.006), OPEN_RAD)
+    close(world, RIGHT_ARM, jaw_rad, steps=15)
     wait(world, 5)
 
 
@@ -207,6 +217,11 @@ ABUSES = {
         event="crush of duct",
         careless=lambda w: squeeze(w, RIGHT_ARM, "duct", PRESSED_RAD),
         careful=lambda w: squeeze(w, RIGHT_ARM, "duct", 0.12),
+    ),
+    "the empty applier crushes the gallbladder": Abuse(
+        event="crush of gallbladder",
+        careless=lambda w: squeeze_neck(w, PRESSED_RAD),
+        careful=lambda w: squeeze_neck(w, 0.12),
     ),
     "the gallbladder is dragged at 0.3 m/s": Abuse(
         event="stretch of artery",
@@ -320,6 +335,18 @@ ABUSES = {
         careful=cut_between_clips,
     ),
 }
+
+
+def test_a_folds_pressure_grows_with_the_logarithm_of_its_squeeze() -> None:
+    """Check the limit, too: 500 kPa are reached at a seventh of both walls' thickness."""
+    assert fold_pressure_pa(2.0 * WALL_M) == 0.0
+    assert fold_pressure_pa(4.0 * WALL_M) == 0.0
+    halved = fold_pressure_pa(WALL_M)
+    assert halved == pytest.approx(WALL_PA * np.log(2.0))
+    assert fold_pressure_pa(0.5 * WALL_M) == pytest.approx(2.0 * halved)
+    at_limit_m = 2.0 * WALL_M * np.exp(-CRUSH_MAX_N / CRUSHED_M2 / WALL_PA)
+    assert at_limit_m == pytest.approx(2.0 * WALL_M / 7.0, rel=0.02)
+    assert fold_pressure_pa(at_limit_m) * CRUSHED_M2 == pytest.approx(CRUSH_MAX_N)
 
 
 @pytest.mark.parametrize("abuse", ABUSES.values(), ids=ABUSES)
