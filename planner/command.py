@@ -10,7 +10,7 @@ from typing import Literal
 from planner.correction import CORRECTIONS, Correction
 from planner.procedure.cholecystectomy import TASKS
 from planner.procedure.task import Task
-from tissue_sim.patient.anatomy import USUAL_TUBES, Tube
+from tissue_sim.patient.anatomy import TUBES, USUAL_TUBES, Tube
 
 Word = Literal["stop", "pause", "resume", "repeat", "undo", "next step", "let go"]
 Structure = Literal["duct", "artery", "second artery"]
@@ -74,7 +74,7 @@ def _deeds() -> Iterator[Command]:
     for deed in DEEDS:
         for structure in STRUCTURES:
             yield Command(text=f"{deed} {structure}", deed=deed, structure=structure)
-        for tube in USUAL_TUBES:
+        for tube in TUBES:
             yield Command(text=f"{deed} {tube} tube", deed=deed, tube=tube)
 
 

@@ -174,7 +174,7 @@ class Episode:
         """Adopt an instruction with its tool; a new one drops the running chunk at once."""
         if instruction.text != self._instruction.text:
             self._chunk.clear()
-        tool = self._tools.tool(instruction.task, self.observation)
+        tool = instruction.tool or self._tools.tool(instruction.task, self.observation)
         self._instruction = replace(instruction, tool=tool)
 
     def _has_news(self, step: Step) -> bool:

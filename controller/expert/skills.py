@@ -26,7 +26,7 @@ from controller.expert.targets import (
 from planner.procedure.outcomes import has_tube, structure_of
 from planner.procedure.task import Task
 from planner.procedure.task_kind import entry_of
-from tissue_sim.frames import Array, inverse_pose, transform
+from tissue_sim.frames import Array, inverse_pose, transform, unit
 from tissue_sim.outcome.predicates import (
     gallbladder_held,
     gap_m,
@@ -298,7 +298,9 @@ def _retreat(opening: float) -> tuple[Phase, ...]:
 
 
 def _further_back(world: World, start: Array) -> Goal:
-    T = before(world.arms.T_world_tool()[RIGHT_ARM], STANDOFF_M)
+    """Return a step towards the port, along the shaft: the wrist may reach no further otherwise."""
+    T = world.arms.T_world_tool()[RIGHT_ARM]
+    T[:3, 3] += STANDOFF_M * unit(world.arms.T_world_rcm[RIGHT_ARM, :3, 3] - T[:3, 3])
     T[:3, :3] = start[:3, :3]
     return Goal(T_world_tool=T, speed_m_s=NEAR_SPEED_M_S)
 

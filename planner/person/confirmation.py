@@ -95,7 +95,7 @@ class Confirmation:
         if due is None or self.given or standing.forbids(due) or act_of(task, observation) != due:
             return
         self._unmeant = due
-        forbidden = ", ".join(sorted(ban.in_words for ban in standing.forbidden))
+        forbidden = ", ".join(standing.listed(observation))
         raise ConfirmError(f"You forbade: {forbidden}. If I go on, I {due.act} the {due.on}.")
 
     def answered(self, reading: Reading, time_s: float) -> Reading:

@@ -9,6 +9,7 @@ import numpy as np
 from planner.person.findings import Asked
 from planner.person.premises import clips_in_words
 from planner.scene.duct_side import structure_seen
+from planner.scene.in_words import all_tubes
 from planner.scene.next_task import applier_on, clips_needed_on, clips_on, lying_on, next_of_all
 from planner.scene.predicates import has_slipped
 from tissue_sim.frames import Array
@@ -26,7 +27,7 @@ def safe(asked: Asked) -> str:
         asked.observation,
     )
     if tube is None:
-        return "Both tubes are cut already."
+        return f"{all_tubes(observation).capitalize()} are cut already."
     name = structure_seen(tube, observation)
     if observation.is_severed(tube):
         return f"The {name} is cut already."

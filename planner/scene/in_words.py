@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from math import degrees
 
 import numpy as np
@@ -9,7 +10,7 @@ import numpy as np
 from planner.scene.duct_side import structure_seen
 from planner.scene.next_task import clips_on
 from tissue_sim.frames import Array
-from tissue_sim.patient.anatomy import Tube
+from tissue_sim.patient.anatomy import USUAL_TUBES, Tube
 from tissue_sim.sensing.observation import Observation
 from tissue_sim.sensing.polyline import distance_to_line_m
 from tissue_sim.tools.arms import LEFT_ARM, RIGHT_ARM
@@ -27,6 +28,16 @@ def scene_in_words(observation: Observation) -> str:
             *(_tube(tube, observation) for tube in observation.tubes),
         )
     )
+
+
+def all_tubes(observation: Observation) -> str:
+    """Return the words for all tubes that are there: "both tubes"."""
+    return "both tubes" if len(observation.tubes) == len(USUAL_TUBES) else "all three tubes"
+
+
+def joined(parts: Sequence[str]) -> str:
+    """Return parts of a sentence as a list in words: "one, two and three"."""
+    return " and ".join(filter(None, (", ".join(parts[:-1]), parts[-1])))
 
 
 def way_in_words(way_m: Array) -> str:

@@ -39,8 +39,9 @@ def next_task(deed: Deed, tube: Tube, observation: Observation) -> Task:
 
     Raises:
         DoneAlreadyError: The tube is cut, or has all its clips.
-        NotNowError: The tube lacks the clips that a cut needs.
+        NotNowError: The tube is not there, or lacks the clips that a cut needs.
     """
+    require_there(tube, observation)
     n_clips = clips_on(tube, observation)
     n_needed = clips_needed_on(tube, observation)
     if observation.is_severed(tube):
@@ -52,6 +53,16 @@ def next_task(deed: Deed, tube: Tube, observation: Observation) -> Task:
     last = USUAL_CLIPS if n_clips == n_needed - 1 else n_clips + 1  # the gallbladder's clip
     clip = last if deed == "clip" else None
     return CHOLECYSTECTOMY.of(deed, tube, clip)
+
+
+def require_there(tube: Tube | None, observation: Observation) -> None:
+    """Require that a patient has a tube.
+
+    Raises:
+        NotNowError: The tube is not there.
+    """
+    if tube is not None and tube not in observation.tubes:
+        raise NotNowError(f"there is no {tube} tube here")
 
 
 def next_of_all(observation: Observation) -> Task | None:

@@ -90,10 +90,11 @@ class LegendPanel(Panel):
         if anatomy is None:
             return
         parts = looks(anatomy, 0.0)
+        artery = "cystic artery" if anatomy.second_artery is None else "cystic arteries"
         colours: dict[str, Rgb] = {
             "gallbladder": srgb(parts["gallbladder"].colour),
             "cystic duct": srgb(parts["duct"].colour),
-            "cystic artery": srgb(parts["artery"].colour),
+            artery: srgb(parts["artery"].colour),
             "liver": srgb(anatomy.liver_colour),
             **{f"{name} clip": srgb(look_of(kind).colour) for name, kind in CLIPS.items()},
             "force of the tissue": FORCE_COLOUR,

@@ -10,9 +10,10 @@ from planner.person.answers import answer
 from planner.person.remaining import tasks_left
 from planner.procedure.cholecystectomy import task_from_text
 from planner.scene.duct_side import duct_side, side_confidence
-from tests.planner.observations import at_work, clipped
+from tests.planner.observations import at_work, clipped, third_tube
 from tissue_sim.sensing.observation import N_POINTS
 from tissue_sim.tools.arms import RIGHT_ARM
+from tissue_sim.tools.clips import MEDIUM_LARGE_POLYMER, MEDIUM_TITANIUM
 
 CLIP = Instruction(task=TASKS[3])
 
@@ -103,12 +104,19 @@ def test_whether_a_cut_is_safe_names_what_is_missing(seen, forbidden, told):
     assert answer("safe", asked, seen, "duct").startswith(told)
 
 
-def test_a_cut_without_room_for_its_cuffs_is_not_safe():
+@pytest.mark.parametrize(
+    ("kind", "apart_m", "told"),
+    [
+        (MEDIUM_LARGE_POLYMER, 0.003, "3.0 mm apart beside the cut, which needs 4.2 mm"),
+        (MEDIUM_TITANIUM, 0.0025, "2.5 mm apart beside the cut, which needs 3.0 mm"),
+    ],
+)
+def test_a_cut_without_room_for_its_cuffs_is_not_safe(kind, apart_m, told):
     seen = clipped(3)
     clips_m = seen.clips_m.copy()
-    clips_m[2, 1] = clips_m[1, 1] + 0.003
-    seen = replace(seen, clips_m=clips_m)
-    assert "3.0 mm apart beside the cut, which needs 4.2 mm" in answer("safe", CLIP, seen, "duct")
+    clips_m[2, 1] = clips_m[1, 1] + apart_m
+    seen = replace(seen, clips_m=clips_m, clip_kinds=(kind,) * 3)
+    assert told in answer("safe", CLIP, seen, "duct")
     assert answer("safe", CLIP, seen, "duct").startswith("To cut the duct is not safe: only its 3")
 
 
@@ -149,7 +157,9 @@ def test_where_a_clip_is_is_that_of_the_last_one():
 
 
 def test_what_is_left_is_what_is_not_seen_to_be_done():
-    assert len(tasks_left(TASKS[0], replace(clipped(), pinch_n=0.0))) == len(TASKS)
+    loose = replace(clipped(), pinch_n=0.0)
+    assert tasks_left(TASKS[0], loose) == [task for task in TASKS if not task.is_optional]
+    assert tasks_left(TASKS[0], third_tube(loose)) == list(TASKS)
     texts = [task.text for task in tasks_left(TASKS[3], at_work(left=2))]
     assert texts[0] == "clipping third clip left tube"
     assert len(texts) == 12

@@ -207,8 +207,8 @@ def test_the_parts_of_the_procedure_include_a_second_artery_that_is_there(world:
 def test_a_clip_or_a_cut_on_a_second_artery_that_is_not_meant_is_an_injury(world: World) -> None:
     clip(world, "second artery")
     on_it = world.record.clips[-1]
-    assert [r.event for r in wrongly_clipped(on_it, "artery")] == ["clip on second artery"]
-    assert not list(wrongly_clipped(on_it, "second artery"))
+    assert [r.event for r in wrongly_clipped((), on_it, "artery")] == ["clip on second artery"]
+    assert not list(wrongly_clipped((), on_it, "second artery"))
     cut(world, "second artery")
     cuts = world.record.cuts
     assert [r.event for r in wrongly_cut(cuts, "artery", None)] == ["cut on second artery"]
