@@ -106,5 +106,5 @@ def retreat(tip_m: Tensor, tubes_m: Tensor, there: Tensor) -> Tensor:
     `there` (B, m) is 1 where there is a tube, else 0.
     """
     each_m = (tubes_m - tip_m[:, None, None]).norm(dim=-1).amin(dim=-1)
-    away_m = torch.where(there > 0.5, each_m, torch.inf).amin(dim=1, keepdim=True)
+    away_m = each_m.masked_fill(there < 0.5, torch.inf).amin(dim=1, keepdim=True)
     return torch.tanh((away_m - RETRACTED_M) / NEAR_M)

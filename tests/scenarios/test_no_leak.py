@@ -75,6 +75,12 @@ class ScrambledWorld(World):
         self.restore(self._true)
         return super().step(command, intended=intended)
 
+    def equip(self, instrument: str) -> None:
+        """Exchange the tool of the true world: the nurse works on it while the robot thinks."""
+        self.restore(self._true)
+        super().equip(instrument)
+        self.scramble()
+
 
 class SenseThenScramble:
     """Senses the true state by another sense, and scrambles it afterwards."""
@@ -117,7 +123,7 @@ def perception() -> Perception:
         mean=mean,
         spread=0.0005**2 * np.eye(len(mean)),
         drift=0.002**2 * np.eye(len(mean)),
-        radius_m=np.full(2, 0.002),
+        radius_m=np.full(3, 0.002),
         sac_radius_m=np.full(5, 0.01),
     )
     model = PerceptionModel(config, prior).eval()

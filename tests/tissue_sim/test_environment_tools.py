@@ -272,7 +272,7 @@ def test_truncation_has_the_batch_axis_that_maniskills_vector_environment_wants(
 def test_gymnasium_makes_several(mode: str | None) -> None:
     several = gym.make_vec(ENVIRONMENT_ID, 2, mode, obs_mode="state")
     seen, _ = several.reset(seed=3)
-    assert seen.shape == (2, 1, 150)
+    assert seen.shape == (2, 1, 190)
     seen, reward, *_ = several.step(several.action_space.sample())
     assert np.isfinite(seen).all()
     assert np.size(reward) == 2
@@ -296,6 +296,6 @@ def test_wrappers_of_gymnasium_work() -> None:
     single = make_single(obs_mode="state_dict")
     wrapped = gym.wrappers.TimeLimit(gym.wrappers.FlattenObservation(single), 2)
     seen, _ = wrapped.reset(seed=3)
-    assert seen.shape == (150,)
+    assert seen.shape == (190,)
     assert [wrapped.step(HOME)[3] for _ in range(2)] == [False, True]
     wrapped.close()

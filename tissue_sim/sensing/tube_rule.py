@@ -21,15 +21,22 @@ def by_tube(is_duct: Tensor, radius_m: Tensor, value: Callable[[str, Instrument]
         value: Function from structure and applier to a value that fits (B, ...).
     """
     smallest, *others = appliers()
-    found = _by_structure(is_duct, value, others[-1])
+    found = _by_structure(is_duct, radius_m, value, others[-1])
     for applier in reversed((smallest, *others[:-1])):
         least, most = clip_of(applier).vessel_m
         fits = (2.0 * radius_m >= least) & (2.0 * radius_m <= most)
-        found = torch.where(fits, _by_structure(is_duct, value, applier), found)
+        found = torch.where(fits, _by_structure(is_duct, radius_m, value, applier), found)
     return found
 
 
 def _by_structure(
-    is_duct: Tensor, value: Callable[[str, Instrument], Value], applier: Instrument
+    is_duct: Tensor,
+    radius_m: Tensor,
+    value: Callable[[str, Instrument], Value],
+    applier: Instrument,
 ) -> Tensor:
-    return torch.where(is_duct, value("duct", applier), value("artery", applier))
+    """Return the values of ducts and arteries, in the radii's type: a graph takes no doubles."""
+    duct, artery = (
+        torch.as_tensor(value(tube, applier)).to(radius_m) for tube in ("duct", "artery")
+    )
+    return torch.where(is_duct, duct, artery)
