@@ -28,7 +28,7 @@ SHARE = {name: share for name, _, share in SQUEEZES}
 
 @pytest.fixture(scope="module", params=[0, 3, 10_007])
 def neck(request: pytest.FixtureRequest) -> SqueezedNeck:
-    return squeezed_neck(request.param, width_m=POLYMER.width_m)
+    return squeezed_neck(request.param, POLYMER)
 
 
 def on_neck() -> tuple[Tubes, Clip]:
