@@ -14,7 +14,7 @@ from tissue_sim.outcome import clip_rule
 from tissue_sim.outcome.clip_rule import clips_needed, cut_room_m, high_margin_m, spacing_m
 from tissue_sim.outcome.predicates import applier_on, straightness
 from tissue_sim.patient.organ import TUBES
-from tissue_sim.patient.tubes import Tubes
+from tissue_sim.patient.tubes import SAC_HALF_GAP_M, Tubes
 from tissue_sim.thresholds import CLIP_MAX_TILT_RAD, CLIP_MIN_GAP_M, CUFF_MIN_M
 from tissue_sim.tools.arms import RIGHT_ARM
 from tissue_sim.tools.instruments import BLADE_LENGTH_M, GRASPER, INSTRUMENTS, Instrument
@@ -110,7 +110,7 @@ def belongs_here(world: World, tube: str, T_world_tool: Array) -> bool:
     own_m, gap_m = 0.0, CUFF_MIN_M
     if tool.clip:
         last = len(clips_at_m(world, tube)) >= len(clip_stations_m(world, tube)) - 1
-        if not last and world.tubes.sac_between(T_world_tool, *tool.mouth_m):
+        if not last and world.tubes.sac_between(T_world_tool, *tool.mouth_m, SAC_HALF_GAP_M):
             return False
         own_m, gap_m = 0.5 * tool.clip.width_m, 2.0 * CUFF_MIN_M if last else CLIP_MIN_GAP_M
     return all(
