@@ -14,7 +14,7 @@ from tissue_sim.outcome import clip_rule
 from tissue_sim.outcome.clip_rule import clips_needed, cut_room_m, high_margin_m, spacing_m
 from tissue_sim.outcome.predicates import applier_on, straightness
 from tissue_sim.patient.organ import TUBES
-from tissue_sim.patient.tubes import Tubes
+from tissue_sim.patient.tubes import SAC_HALF_GAP_M, Tubes
 from tissue_sim.thresholds import CLIP_MAX_TILT_RAD, CLIP_MIN_GAP_M, CUFF_MIN_M
 from tissue_sim.tools.arms import RIGHT_ARM
 from tissue_sim.tools.instruments import BLADE_LENGTH_M, GRASPER, INSTRUMENTS, Instrument
@@ -101,12 +101,18 @@ def belongs_here(world: World, tube: str, T_world_tool: Array) -> bool:
     """Return whether jaws that close here clip or cut a tube where the judge allows it.
 
     The filter may have held the tool off its place; a clip or a cut beside the place is of no use.
+    The last clip leaves room for the cut. Only this clip may hold the gallbladder's wall.
     """
     tool = world.arms.mounted[RIGHT_ARM]
     crossing = world.tubes.crossing(tube, T_world_tool, tool.mouth_m[0])
     if crossing is None or crossing.tilt_rad > CLIP_MAX_TILT_RAD:
         return False
-    own_m, gap_m = (0.5 * tool.clip.width_m, CLIP_MIN_GAP_M) if tool.clip else (0.0, CUFF_MIN_M)
+    own_m, gap_m = 0.0, CUFF_MIN_M
+    if tool.clip:
+        last = len(clips_at_m(world, tube)) >= len(clip_stations_m(world, tube)) - 1
+        if not last and world.tubes.sac_between(T_world_tool, *tool.mouth_m, SAC_HALF_GAP_M):
+            return False
+        own_m, gap_m = 0.5 * tool.clip.width_m, 2.0 * CUFF_MIN_M if last else CLIP_MIN_GAP_M
     return all(
         abs(x.station_m - crossing.station_m) - 0.5 * clip.kind.width_m - own_m >= gap_m
         for clip in world.record.clips

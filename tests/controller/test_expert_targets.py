@@ -213,7 +213,7 @@ def test_whatever_the_rule_lets_pass_has_room_for_each_clip_and_the_cut(
 ) -> None:
     world.tubes.length_m[tube] = needed_m(tube, POLYMER_APPLIER) + longer_m
     first, second, third = clip_stations_m(world, tube)
-    edge_m = 0.5 * POLYMER.width_m + CUFF_MIN_M
+    edge_m = 0.5 * POLYMER.width_m
     assert edge_m <= first
     assert third <= world.tubes.length_m[tube] - edge_m
     assert second - first >= spacing_m(POLYMER_APPLIER) - 1e-9
@@ -227,7 +227,7 @@ def test_a_tube_without_room_for_three_clips_gets_one_on_either_side_of_the_cut(
 ) -> None:
     world.tubes.length_m[tube] = needed_m(tube, POLYMER_APPLIER, FEWEST_CLIPS) + longer_m
     low, high = clip_stations_m(world, tube)
-    edge_m = 0.5 * POLYMER.width_m + CUFF_MIN_M
+    edge_m = 0.5 * POLYMER.width_m
     assert edge_m <= low
     assert high <= world.tubes.length_m[tube] - edge_m
     assert high - low >= cut_room_m(POLYMER_APPLIER) - 1e-9

@@ -197,7 +197,8 @@ def _width_on_m(tubes: Tubes, crossing: Crossing, width_m: float) -> float:
 def holding_forces_n(tubes: Tubes, clip: Clip, grip: float) -> tuple[float, float]:
     """Return the largest pulls that a clip holds along its tube and across it, N.
 
-    Along the tube, both legs rub: the force is 2 mu N s cos(tilt), with grip N and seat s. The
+    Along the tube, both legs rub: the force is 2 mu N s cos(tilt), with grip N and seat s, and at
+    most what bends or slides off a clip of this kind. The
     pull-off force grows with the clip's seated area (Schenk et al., "Pull-off characteristics of
     double-shanked compared to single-shanked ligation clips", 2016). Ribs resist the part of the
     pull normal to the legs.
@@ -211,7 +212,7 @@ def holding_forces_n(tubes: Tubes, clip: Clip, grip: float) -> tuple[float, floa
         return 0.0, 0.0
     seat = min(_seat(tubes, crossing, clip.kind.width_m) for crossing in clip.crossings)
     tilt = max(crossing.tilt_rad for crossing in clip.crossings)
-    along = 2.0 * clip.kind.friction * grip * seat * np.cos(tilt)
+    along = min(2.0 * clip.kind.friction * grip * seat * np.cos(tilt), clip.kind.slides_n)
     tips = grip * seat**2 / (1.0 - seat) if seat < 1.0 else np.inf
     return float(along), float(min(tips, clip.kind.lock_strength_n))
 

@@ -26,6 +26,7 @@ class ClipKind:
         friction: Pull along the vessel over both legs' force, halved: friction on wet tissue, and
             what the tissue that bulges beside a narrow bar adds (Schenk et al.: "deep indentation
             of the metal bar with a high retention force").
+        slides_n: Pull along the vessel that the kind never holds, whatever the grip.
         lock_strength_n: Pull across the vessel at which the clip opens.
         leg_thickness_m: Thickness of one leg in the closing direction.
         colour: Colour of the legs, linear RGB from 0 to 1.
@@ -40,6 +41,7 @@ class ClipKind:
     vessel_m: tuple[float, float]
     latch_gap_m: float
     friction: float
+    slides_n: float
     lock_strength_n: float
     leg_thickness_m: float
     colour: tuple[float, float, float]
@@ -67,8 +69,9 @@ CLIPS: dict[str, ClipKind] = {
         length_m=0.0075,  # half the circumference of a vessel of 4 mm is 6.3 mm
         vessel_m=(0.0, 0.0040),  # Schenk et al.; thinner ones, too
         latch_gap_m=0.0012,
-        friction=0.6,  # with the bar's indentation; 4.1 to 4.8 N along, on silicone (the same)
-        lock_strength_n=2.2,  # 1.8 to 2.7 N across, on silicone (Arch. Surg. 127, 1992, p. 718)
+        friction=1.0,  # tissue beside the bar stands as a wedge of about 25 deg
+        slides_n=4.5,  # 4.1 to 4.8 N along, on silicone (Arch. Surg. 127, 1992, p. 718)
+        lock_strength_n=2.2,  # 1.8 to 2.7 N across, on silicone (the same)
         leg_thickness_m=0.0005,
         colour=(0.62, 0.62, 0.64),
         ribs=0,
@@ -82,6 +85,7 @@ CLIPS: dict[str, ClipKind] = {
         vessel_m=(0.0030, 0.0100),  # Hem-o-lok ML, by its maker
         latch_gap_m=0.0016,
         friction=0.4,  # ribbed legs
+        slides_n=50.0,  # no value was found; more than any pull here
         lock_strength_n=8.0,
         leg_thickness_m=0.00085,
         colour=(0.62, 0.55, 0.86),

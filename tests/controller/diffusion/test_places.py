@@ -97,7 +97,7 @@ def test_a_twentieth_of_a_millimetre_is_seen_at_the_place() -> None:
 
 @pytest.mark.parametrize("n", NUMBERS)
 def test_what_is_spare_is_zero_on_a_tube_with_just_room(n: int) -> None:
-    spare = features(seen(length_m=needed_m("duct", n)))[3]
+    spare = features(seen(length_m=needed_m("duct", SLIM_APPLIER, n)))[3]
     assert float(spare[0, NUMBERS.index(n)]) == pytest.approx(0.0, abs=1e-3)
 
 

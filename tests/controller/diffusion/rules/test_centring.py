@@ -70,7 +70,7 @@ def test_only_the_right_arm_moves_along_the_tube_little_by_little() -> None:
 
 
 @pytest.mark.parametrize(
-    ("above_m", "moved_m"), [(0.0, ABOVE_LOWEST_M), (8e-4, 0.0), (0.002, None)]
+    ("above_m", "moved_m"), [(0.0, ABOVE_LOWEST_M), (8e-4, 0.0), (0.0045, None)]
 )
 def test_an_upper_clip_may_go_lower_as_far_as_the_cut_has_room(
     above_m: float, moved_m: float | None
