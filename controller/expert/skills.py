@@ -300,7 +300,7 @@ def _retreat(opening: float) -> tuple[Phase, ...]:
 
 
 def _further_back(world: World, start: Array) -> Goal:
-    """Return a step out along the shaft with the wrist as it is: it may be at its joints' limits."""
+    """Return a step out along the shaft; the wrist, perhaps at its limits, stays as it is."""
     del start
     joints = world.target[RIGHT_ARM, :6].copy()
     joints[INSERTION] -= STANDOFF_M
