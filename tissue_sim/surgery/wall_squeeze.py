@@ -1,9 +1,9 @@
 """Find the part of the gallbladder's wall between a clip's legs, and the springs that press it.
 
 The wall's mesh is coarse: rings are 2.5 mm apart at the neck. As on a tube, the legs' width decides
-which vertices they hold. If the legs close on the wall between two rings, they hold the nearest
-ring's part. A fold of the wall may bring vertices of different rings together, so that springs join
-whatever lies opposite.
+which vertices they hold. If the legs close on the wall between two rings, or their width covers
+vertices on one side only, they hold the whole part of the nearest ring between them. A fold of the
+wall may bring vertices of different rings together, so that springs join whatever lies opposite.
 """
 
 from __future__ import annotations
@@ -34,7 +34,12 @@ def wall_under(organ: Organ, local: Array, *, length_m: float, width_m: float) -
     x, y, z = np.moveaxis(local[organ.sac_rings], -1, 0)
     pressed = (np.abs(y) < MEETING_HALF_GAP_M) & (-length_m < z) & (z < TIP_EDGE_M)
     under = pressed & (np.abs(x) <= 0.5 * width_m)
+    upper = y[:, 1:][under[:, 1:]] > 0.0  # of the wall, without the rings' centres
+    if upper.any() and not upper.all():
+        return under
     if under.any():
+        nearest = np.argmax(under.sum(axis=1))
+        under[nearest] = pressed[nearest]
         return under
     some = np.flatnonzero(pressed.any(axis=1))
     middle = np.array([x[ring, pressed[ring]].mean() for ring in some])

@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from tests.tissue_sim.kinds import POLYMER
+from tests.tissue_sim.kinds import POLYMER, TITANIUM
 from tests.tissue_sim.patients import clip_at, cut_at, run, settled
 from tests.tissue_sim.treatment import assert_same, everything
 from tests.tissue_sim.verification.bodies import astride
@@ -26,9 +26,11 @@ SEED = 10_003
 SHARE = {name: share for name, _, share in SQUEEZES}
 
 
-@pytest.fixture(scope="module", params=[0, 3, 10_007])
+@pytest.fixture(
+    scope="module", params=[(0, POLYMER), (3, POLYMER), (10_007, POLYMER), (0, TITANIUM)]
+)
 def neck(request: pytest.FixtureRequest) -> SqueezedNeck:
-    return squeezed_neck(request.param, width_m=POLYMER.width_m)
+    return squeezed_neck(*request.param)
 
 
 def on_neck() -> tuple[Tubes, Clip]:
