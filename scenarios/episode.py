@@ -206,7 +206,8 @@ class Episode:
             self._guided = None
             return None, led
         asked = carried_out(self._kept_place.kept(self._chosen_action(), jaw_rad), said, jaw_rad)
-        return asked, self._guided_by_person(self.effects.on_action(asked, self.world))
+        action = self.effects.on_action(asked, self.world, said.task)
+        return asked, self._guided_by_person(action)
 
     def _guided_by_person(self, action: ToolAction) -> ToolAction:
         """Replace the motion of the arm that a person leads; the other arm keeps its own."""

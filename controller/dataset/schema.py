@@ -14,7 +14,7 @@ from planner.procedure.cholecystectomy import TASKS
 from tissue_sim.constants import CONTROL_HZ
 from tissue_sim.sensing.observation import ENCODED, VECTOR_LAYOUT, VECTOR_SIZE
 
-SCHEMA_VERSION = 5  # raise it when a column is added, dropped or changes its meaning
+SCHEMA_VERSION = 6  # raise it when a column is added, dropped or changes its meaning
 FPS = CONTROL_HZ
 TEXTS = tuple(said.text for said in (*TASKS, *CORRECTIONS))  # `task_index` counts these
 

@@ -15,6 +15,7 @@ from tissue_sim.sensing.observation import ROWS, TRUNK_POINTS, TUBE_ROWS, Observ
 
 TRUNKS = {COMMON_DUCT: "common_bile_duct_m", HEPATIC_ARTERY: "hepatic_artery_m"}
 FINE = 12  # capsules along a structure at risk
+COVERED_M = 0.006  # from its branch a trunk is wholly covered: two jaws' widths; assumed
 BESIDE_M = 0.003  # a point this near to the branch adds nothing to the line
 UNSURE = 1.0  # standard deviations by which an uncertain structure is thicker
 MOST_M = 0.0015  # by which a structure is thicker at most; assumed
@@ -82,15 +83,26 @@ def lines_seen(observation: Observation) -> dict[str, LineSeen]:
             severed=observation.is_severed(tube),
         )
     for trunk, name in TRUNKS.items():
-        line = trunk_line(
-            getattr(observation, name), lines[BRANCHES[trunk]].points_m, RADIUS_M[trunk]
-        )
+        branch = lines[BRANCHES[trunk]]
+        line = trunk_line(getattr(observation, name), branch.points_m, RADIUS_M[trunk])
         lines[trunk] = LineSeen(
             points_m=line,
             radius_m=RADIUS_M[trunk],
-            std_m=np.full(len(line), observation.std_m[ROWS[name]].mean()),
+            std_m=_trunk_std_m(
+                line, RADIUS_M[trunk], float(observation.std_m[ROWS[name]].mean()), branch
+            ),
         )
     return lines
+
+
+def _trunk_std_m(line: Array, radius_m: float, covered_m: float, branch: LineSeen) -> Array:
+    """Return standard deviations (n,) of a trunk's line (n, 3), of which most is covered.
+
+    At its branch the trunk is dissected: there it is as uncertain as the branch's first point.
+    """
+    away_m = np.linalg.norm(line - branch.points_m[0], axis=1) - radius_m
+    share = np.clip(away_m / COVERED_M, 0.0, 1.0)
+    return branch.std_m[0] + share * max(covered_m - branch.std_m[0], 0.0)
 
 
 def trunk_line(points: Array, branch: Array, radius_m: float) -> Array:

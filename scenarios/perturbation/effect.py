@@ -76,9 +76,9 @@ class Effect:
         del world, task
         return None
 
-    def on_action(self, action: ToolAction, world: World) -> ToolAction:
-        """Return the action that reaches the driver."""
-        del world
+    def on_action(self, action: ToolAction, world: World, task: Task) -> ToolAction:
+        """Return the action that reaches the driver, in this step already if it begins now."""
+        del world, task
         return action
 
     def before_step(self, world: World, task: Task) -> None:

@@ -5,7 +5,9 @@ from dataclasses import replace
 import pytest
 
 from planner.base import PATIENCE_S
+from planner.command import COMMANDS
 from planner.instruction import TASKS
+from planner.person.override import PlannerOverridden
 from planner.procedure.outcomes import structure_of, task_done
 from planner.scripted import MOST_TRIES, PlannerScripted
 from scenarios.catalogue import ORACLE, SCENARIOS
@@ -141,6 +143,19 @@ def test_it_backs_off_after_its_patience_and_tries_again_once_the_arm_is_back(at
     assert ask(planner, at_the_tubes, 4 * PATIENCE_S) == FIRST_CLIP
     assert ask(planner, at_the_tubes, 5 * PATIENCE_S - 0.1) == FIRST_CLIP  # the time starts again
     assert ask(planner, at_the_tubes, 5 * PATIENCE_S + 0.1) == BACK_FROM_FIRST_CLIP
+
+
+def test_a_pause_does_not_count_as_a_try(at_the_tubes):
+    observation = at_the_tubes.observe()
+    planner = PlannerOverridden(PlannerScripted(at_the_tubes))
+    planner.reset()
+    start_s, said = observation.time_s, []
+    for k, word in enumerate(["", "pause", *5 * [""], "resume", ""]):
+        now = replace(observation, time_s=start_s + k * 0.4 * PATIENCE_S)
+        if word:
+            planner.instruct(COMMANDS[word], now)
+        said.append(planner.plan(now).task)
+    assert said == 9 * [FIRST_CLIP]
 
 
 def test_a_task_that_has_failed_often_enough_is_left_to_a_person(at_the_tubes):

@@ -107,8 +107,8 @@ class Observation(Encoded):
         rest_length_m: (3,) lengths of the tubes before any traction.
         rest_length_std_m: (3,) standard deviations of these lengths.
         third_tube: Probability that a third tube runs to the gallbladder, 0 to 1.
-        std_m: (`N_POINTS`,) standard deviation of each point's place along each axis. For
-            `tracked`, it excludes two errors, `along_m` and `clip_m` of `SensorModel`.
+        std_m: (`N_POINTS`,) standard deviation of each point's place along any axis. Across its
+            line a point may be more certain.
         age_s: (`N_POINTS`,) time since a camera last observed the point.
         hidden: (`N_POINTS`,) whether no camera observes the point now.
         sac_radius_m: (5,) outer radii of the infundibulum at `sac_m`.

@@ -23,6 +23,7 @@ from tissue_sim.sensing.observation import (
     N_POINTS,
     POINTS_BEGIN,
     POINTS_END,
+    ROWS,
     TUBE_ROWS,
     fields,
 )
@@ -32,6 +33,7 @@ from tissue_sim.tools.arms import RIGHT_ARM
 
 Floats = NDArray[np.float32]
 MOST_DOUBT = 0.49  # of a third tube: this sense never mistakes the number of tubes; assumed
+_COVERED = ROWS["common_bile_duct_m"], ROWS["hepatic_artery_m"]
 NEIGHBOUR = 0.8  # correlation of the errors of neighbouring points of a line, measured
 
 
@@ -70,6 +72,7 @@ class Tracker:
         else:
             self._age_s += CONTROL_PERIOD_S
         self._n += 1
+        self._locate_new_clips(exact)
         seen = exact.copy()
         parts = fields(seen)  # views
         there = _there(parts)
@@ -78,6 +81,13 @@ class Tracker:
         self._tell_tools(parts)
         self._tell_lengths(seen, parts)
         return seen
+
+    def _locate_new_clips(self, exact: Floats) -> None:
+        """Place clips that closed since the last look where the applier's encoders tell."""
+        n_clips = min(int(fields(exact)["n_clips"][0]), MAX_CLIPS)
+        new = slice(N_LINE + self._clips, N_LINE + n_clips)
+        exact_m = exact[POINTS_BEGIN:POINTS_END].reshape(N_POINTS, 3).astype(float)
+        self._at_m[new] = exact_m[new] + self._bias_m[new]
 
     def _tell_points(self, parts: dict[str, NDArray], there: NDArray[np.bool_]) -> None:
         std_m = np.hypot(self._error_m, self._creep_m())
@@ -119,7 +129,7 @@ class Tracker:
         unseen = (parts["hidden"] > 0.5) | self._dropped()
         if self._n == 0:
             self._at_m, self._age_s = exact_m + error_m, np.zeros(N_POINTS)
-            self._clips, self._severed_s = 0, np.full(len(TUBES), -np.inf)
+            self._clips, self._severed_s = int(parts["n_clips"][0]), np.full(len(TUBES), -np.inf)
             self._severed_now, self._unseen = np.zeros(len(TUBES), bool), unseen
             return
         n_clips = int(parts["n_clips"][0])
@@ -143,16 +153,26 @@ class Tracker:
         share = np.clip((away_m - SHARP_M) / (BLURRED_M - SHARP_M), 0.0, 1.0)
         scale = 1.0 + (model.far - 1.0) * share
         scale[N_LINE:] = 1.0
-        self._error_m = scale * np.sqrt(
-            model.shared_m**2
-            + model.scene_m**2
-            + model.bias_m**2
-            + model.slow_m**2
-            + model.white_m**2
-        )
+        for rows in _COVERED:
+            scale[rows] *= model.covered
+        self._error_m = self._spread_m(scale)
         smooth_m = self._bias_m + self._slow_m + self._along(exact_m)
         white_m = model.white_m * self._rng.standard_normal((N_POINTS, 3))
         return scale[:, None] * smooth_m + white_m
+
+    def _spread_m(self, scale: Array) -> Array:
+        """Return the standard deviations (`N_POINTS`,) of a look's errors, along a line's own way.
+
+        Across its line a point errs less, by the share of `along_m`.
+        """
+        model = self.model
+        own_m2 = np.full(N_POINTS, model.clip_m**2)
+        for line in LINE_ROWS.values():
+            share = np.linspace(0.0, 1.0, line.stop - line.start)
+            along_m2 = model.along_m**2 * ((1.0 - share) ** 2 + share**2)
+            own_m2[line] = model.bias_m**2 + model.slow_m**2 + along_m2
+        smooth_m2 = model.shared_m**2 + model.scene_m**2 + own_m2
+        return np.sqrt(scale**2 * smooth_m2 + model.white_m**2)
 
     def _along(self, exact_m: Array) -> Array:
         """Return the errors along the lines (`N_POINTS`, 3), linear from end to end."""

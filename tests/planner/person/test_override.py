@@ -188,16 +188,28 @@ def test_the_planners_clock_runs_as_slowly_as_the_arms_and_as_ever_at_the_usual_
     assert inner.asked_s == [0.0, 1.0, 1.5, 2.5, 3.5]
 
 
-def test_a_hold_is_one_also_by_a_slow_clock():
+@pytest.mark.parametrize(("speed", "asked_s"), [("half speed", 0.5), ("normal speed", 1.0)])
+def test_in_a_hold_the_planners_clock_stands_still_at_any_speed(speed, asked_s):
     planner = PlannerOverridden(inner := PlannerCounting())
     planner.plan(clipped())
-    hear(planner, "half speed")
+    hear(planner, speed)
     hear(planner, "pause")
     for k in range(1, 11):
         planner.plan(clipped(time_s=float(k)))
     hear(planner, "resume", 10.0)
-    planner.plan(clipped(time_s=11.0))
-    assert inner.asked_s == [0.0, 10.5]
+    given = planner.plan(clipped(time_s=11.0))
+    assert inner.asked_s == [0.0, asked_s]
+    assert given.time_s == 11.0
+
+
+def test_during_a_tool_exchange_the_planners_clock_stands_still():
+    planner = PlannerOverridden(inner := PlannerCounting())
+    planner.plan(clipped())
+    planner.exchanging = True
+    planner.follow(clipped(time_s=2.0))
+    planner.exchanging = False
+    planner.plan(clipped(time_s=2.5))
+    assert inner.asked_s == [0.0, 0.5]
 
 
 def test_tool_exchanges_do_not_count_against_an_order():
@@ -248,7 +260,7 @@ def test_while_a_ban_holds_the_arms_the_planner_is_not_asked_and_once_it_is_allo
     assert inner.asked_s == [0.0, 1.0]
     hear(planner, "you may clip", 92.0)
     planner.plan(clipped(time_s=93.0))
-    assert inner.asked_s == [0.0, 1.0, 93.0]
+    assert inner.asked_s == [0.0, 1.0, 3.0]  # its clock stood still meanwhile
 
 
 @pytest.mark.parametrize("correction", [None, LEFT.correction])
@@ -265,7 +277,7 @@ def test_a_ban_holds_the_arms_also_where_the_planner_corrects_what_is_forbidden(
 def test_after_release_the_planner_continues_as_if_holds_had_been_no_time_and_nothing_said(spoken):
     inner, alone = PlannerCounting(), PlannerCounting()
     planner = PlannerOverridden(inner)
-    time_s = 0.0
+    time_s = own_s = 0.0
     planner.plan(clipped())
     expected = alone.plan(clipped())
     for words, wait_s in spoken:
@@ -273,10 +285,11 @@ def test_after_release_the_planner_continues_as_if_holds_had_been_no_time_and_no
         time_s += wait_s
         held = planner.holds(clipped(time_s=time_s))
         planner.plan(clipped(time_s=time_s))
-        expected = expected if held else alone.plan(clipped(time_s=time_s))
-    assert inner.asked_s == alone.asked_s
+        own_s += 0.0 if held else wait_s
+        expected = expected if held else alone.plan(clipped(time_s=own_s))
+    assert inner.asked_s == pytest.approx(alone.asked_s, abs=1e-9)
     say(planner, "resume", time_s)
-    assert planner.in_force(clipped(time_s=time_s)) == expected
+    assert planner.in_force(clipped(time_s=time_s)).task == expected.task
 
 
 def test_a_later_instruction_replaces_the_earlier_one(planner):

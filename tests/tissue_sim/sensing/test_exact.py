@@ -134,9 +134,9 @@ def cut(world: World, tube: str) -> None:
 def test_a_tube_that_is_cut_is_severed_on_its_own_side_alone(world: World, side: str) -> None:
     assert not world.observe().severed.any()
     cut(world, world.anatomy.structure(side))
-    assert world.observe().severed.tolist() == [side == "left", side == "right"]
+    assert world.observe().severed.tolist() == [side == "left", side == "right", False]
     cut(world, world.anatomy.structure(SIDES[side == "left"]))
-    assert world.observe().severed.tolist() == [True, True]
+    assert world.observe().severed.tolist() == [True, True, False]
 
 
 def test_clips_are_seen_on_their_tubes_in_order_of_closing(world: World) -> None:

@@ -19,6 +19,7 @@ from tissue_sim.sensing.eyes import (
     Eyes,
 )
 from tissue_sim.sensing.glance import Glance
+from tissue_sim.sensing.observation import N_LINE
 from tissue_sim.sensing.picture_points import N_SHOWN, project, shown_points, visible
 from tissue_sim.tools.arms import JointCommand
 from tissue_sim.world import World
@@ -120,7 +121,7 @@ def test_the_endoscope_shows_the_tubes_at_rest_and_nothing_that_is_not_there(wor
     pixels, ahead = project(spec, T_world_camera(world, spec.name), points)
     shown = there & visible(pixels, ahead, depths, taken[POSITION_PICTURE][spec.name])
     assert shown[:16].mean() > 0.8
-    assert not shown[29:].any()
+    assert not shown[N_LINE:].any()
     behind = points - 0.05 * world.T_world_endoscope[:3, 2]
     pixels, ahead = project(spec, T_world_camera(world, spec.name), behind)
     assert not visible(pixels, ahead, depths, taken[POSITION_PICTURE][spec.name])[:16].any()

@@ -10,6 +10,7 @@ import pytest
 from tests.planner.observations import clipped, with_tube
 from tissue_sim.constants import CONTROL_PERIOD_S
 from tissue_sim.sensing.observation import (
+    N_LINE,
     N_POINTS,
     POINTS,
     POINTS_BEGIN,
@@ -62,12 +63,24 @@ def test_the_same_seed_gives_the_same_errors_and_another_seed_others():
 
 
 def test_of_tissue_that_is_at_rest_the_stated_deviation_holds_the_true_place():
-    """Check 95 % ellipsoids without errors along the lines, whose ends have a size of their own."""
-    errors_m = first_errors_m(replace(SensorModel(), along_m=0.0))
+    """Check 95 % ellipsoids of all points."""
+    errors_m = first_errors_m(SensorModel())
     there = SEEN.there  # two clips, and no third tube
-    std_m = fields(tracked(replace(SensorModel(), along_m=0.0), [STILL])[0])["std_m"]
+    std_m = fields(tracked(SensorModel(), [STILL])[0])["std_m"]
     inside = (errors_m[:, there] ** 2).sum(axis=-1) / std_m[there] ** 2 < 7.81  # chi2, 3 degrees
     assert 0.90 <= inside.mean() <= 0.98
+
+
+@pytest.mark.parametrize(
+    "name", ["shared_m", "scene_m", "bias_m", "slow_m", "white_m", "along_m", "clip_m"]
+)
+def test_the_stated_deviation_has_each_error_in_its_size(name):
+    """Check the points of the tubes, which run along y, and the clips."""
+    model = replace(NO_ERROR, **{name: 1e-3})
+    std_m = fields(tracked(model, [STILL])[0])["std_m"]
+    rms_m = np.sqrt((first_errors_m(model)[..., 1] ** 2).mean(axis=0))
+    for rows in (slice(0, 2 * TUBE_POINTS), slice(N_LINE, N_LINE + 2)):
+        np.testing.assert_allclose(std_m[rows], rms_m[rows], rtol=0.15, atol=1e-9)
 
 
 def test_neighbours_on_a_line_err_alike_and_other_lines_do_not():
@@ -105,6 +118,12 @@ def test_places_arrive_late():
     states = [STILL] * 3 + [moved_up(0.002)] * 8
     up_m = points(tracked(model, states))[:, 0, 1] - points(STILL)[0, 1]
     np.testing.assert_allclose(up_m, [0.0] * 7 + [0.002] * 4, atol=1e-7)
+
+
+def test_a_new_clip_is_where_the_applier_closed_before_a_look_shows_it():
+    states = [clipped(left=1).vector()] * 5 + [STILL] * 6
+    clip_m = fields(tracked(SensorModel(), states))["clips_m"][5:, 1]
+    np.testing.assert_allclose(clip_m, np.tile(SEEN.clips_m[1], (6, 1)), atol=1.2e-3)
 
 
 def hidden(observation: Observation, which: slice) -> np.ndarray:
