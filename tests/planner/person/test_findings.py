@@ -10,7 +10,9 @@ from planner.person.answers import answer
 from planner.person.remaining import tasks_left
 from planner.procedure.cholecystectomy import task_from_text
 from planner.scene.duct_side import duct_side, side_confidence
+from planner.scene.next_task import applier_on
 from tests.planner.observations import at_work, clipped, third_tube
+from tissue_sim.outcome.clip_rule import needed_m
 from tissue_sim.sensing.observation import N_POINTS
 from tissue_sim.tools.arms import RIGHT_ARM
 from tissue_sim.tools.clips import MEDIUM_LARGE_POLYMER, MEDIUM_TITANIUM
@@ -170,7 +172,8 @@ def test_what_is_left_is_what_is_not_seen_to_be_done():
 
 
 def test_a_short_tube_has_fewer_steps_left():
-    short = replace(clipped(), rest_length_m=np.array([0.014, 0.028, 0.0]))
+    three_m = needed_m("duct", applier_on("left", clipped()))
+    short = replace(clipped(), rest_length_m=np.array([three_m - 0.001, 0.028, 0.0]))
     assert len(tasks_left(TASKS[1], short)) == len(tasks_left(TASKS[1], clipped())) - 2
 
 

@@ -15,8 +15,10 @@ from planner.instruction import HOLD, TASKS, Instruction
 from planner.language.interpreter import Interpreter
 from planner.person.orders import DEFAULT_M, JAWS_S
 from planner.person.override import STOP_WINS_S, PlannerOverridden
+from planner.scene.next_task import applier_on
 from tests.planner.observations import clipped, writable
 from tests.planner.person.fixed import PlannerFixed, fixed
+from tissue_sim.outcome.clip_rule import FEWEST_CLIPS, needed_m
 
 INTERPRETER = Interpreter()
 HIGHER = COMMANDS["move right arm higher"]
@@ -312,14 +314,21 @@ def test_an_order_comes_before_a_call_which_is_still_there_afterwards():
     assert planner.in_force(there) == call
 
 
+def without_room():
+    """Return the lengths of a patient whose duct is surely too short for two clips and a cut."""
+    short_m = needed_m("duct", applier_on("left", clipped()), FEWEST_CLIPS) - 0.001
+    stds_m = np.full(3, 1e-4)
+    return {"rest_length_m": np.array([short_m, 0.028, 0.0]), "rest_length_std_m": stds_m}
+
+
 def test_who_orders_a_clip_in_a_patient_without_room_is_told_so_and_obeyed(planner):
-    short = {"rest_length_m": np.array([0.010, 0.028, 0.0]), "rest_length_std_m": np.full(3, 1e-4)}
+    short = without_room()
     at_rest = replace(clipped(), **short)
     planner.plan(at_rest)
     obeyed = planner.hear(INTERPRETER.read("clip the artery"), at_rest)
     assert obeyed.instruction.task.tube == "right"
     (told,) = planner.follow(at_rest)
-    assert told.startswith("I would have called for a person. The duct looks 10.0 mm long")
+    assert told.startswith("I would have called for a person. The duct looks")
     assert told.endswith(f"I go on: {obeyed.instruction.text}.")
     planner.hear(INTERPRETER.read("left arm higher"), at_rest)
     assert not planner.follow(at_rest)
@@ -329,7 +338,7 @@ def test_who_orders_a_clip_in_a_patient_without_room_is_told_so_and_obeyed(plann
 
 
 def test_who_orders_a_clip_after_something_else_is_told_when_it_begins(planner):
-    short = {"rest_length_m": np.array([0.010, 0.028, 0.0]), "rest_length_std_m": np.full(3, 1e-4)}
+    short = without_room()
     planner.hear(INTERPRETER.read("open the right gripper, then clip the artery"), clipped())
     assert not planner.follow(clipped())
     opened = replace(clipped(time_s=0.5 * JAWS_S), **short), replace(clipped(time_s=9.0), **short)
