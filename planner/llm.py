@@ -42,7 +42,7 @@ SCHEMA: dict[str, Any] = {
     "required": ["reason", "task", "correction", "confidence"],
     "additionalProperties": False,
 }
-"""The JSON schema of an answer: the closed set of 17 tasks and 18 corrections."""
+"""The JSON schema of an answer: the closed set of 25 tasks and 18 corrections."""
 
 SYSTEM = f"""\
 You are the surgeon who directs a two-armed robot through the clipping and cutting of a \
@@ -50,7 +50,7 @@ gallbladder removal. Once a second you are told what is seen, and say what to do
 arm holds a grasper, the right arm a clip applier or scissors; an assistant changes the right tool \
 when the task needs another and the arm is back.
 
-The tasks in their order, the left tube first:
+The tasks in their order, the left tube first; those of the third tube only where one is seen:
 {chr(10).join(f"{task.index}. {task.text}" for task in TASKS)}
 
 A tube of up to 4 mm across takes small clips. Below {1e3 * needed_m("duct", SMALL):.0f} mm (the \
@@ -59,7 +59,7 @@ second clip out. A wider tube takes large clips, three from {1e3 * needed_m("duc
 
 Task 1 is done when the grasper has held the gallbladder for a second and both tubes are pulled \
 straight. A clip is done when it is seen on its tube; going back, when the right tip is at least \
-15 mm from both tubes; a cut, when the tube is in two parts. Say a task until it is done, then the \
+15 mm from all tubes; a cut, when the tube is in two parts. Say a task until it is done, then the \
 next. Where a clip or a cut has not succeeded after {PATIENCE_S:g} s, say the going back that \
 follows it, then the task again.
 

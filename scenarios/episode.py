@@ -22,7 +22,6 @@ from controller.holding import Holding
 from controller.kept_place import KeptPlace
 from controller.tool_place import ToolPlace
 from planner.base import PLANNING_PERIOD_S, Planner, hears_of_success
-from planner.command import TUBES
 from planner.instruction import Instruction
 from planner.language.reading import Reading
 from planner.person.override import PlannerOverridden
@@ -207,7 +206,8 @@ class Episode:
             self._guided = None
             return None, led
         asked = carried_out(self._kept_place.kept(self._chosen_action(), jaw_rad), said, jaw_rad)
-        return asked, self._guided_by_person(self.effects.on_action(asked, self.world))
+        action = self.effects.on_action(asked, self.world, said.task)
+        return asked, self._guided_by_person(action)
 
     def _guided_by_person(self, action: ToolAction) -> ToolAction:
         """Replace the motion of the arm that a person leads; the other arm keeps its own."""
@@ -305,7 +305,7 @@ class Episode:
         too_long = self.tasks.results[task.index].time_s > self.config.task_cap_s
         if step.instruction.call or too_long or self._held_s > MOST_HELD_S:
             return True
-        severed: dict[str, bool] = dict(zip(TUBES, observation.severed, strict=True))
+        severed: dict[str, bool] = {t: observation.is_severed(t) for t in observation.tubes}
         ends = self.procedure.may_end_with(task, severed) and is_back(observation)
         self._back_since_s = min(self._back_since_s, step.time_s) if ends else math.inf
         return step.time_s - self._back_since_s >= STAYS_BACK_S - 1e-9

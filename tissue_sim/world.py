@@ -198,11 +198,14 @@ class World(Field):
     def equip(self, instrument: str) -> None:
         """Mount a tool on the right arm, or load a clip, as a scrub nurse does.
 
+        Joints and targets beyond the new tool's limits are clipped to the limits.
+
         Raises:
             ValueError: the right arm has no such tool, or there is no patient.
         """
         self._require_patient()
         self.arms.mount(instrument)
+        self._target = self.arms.limited(self._target)
         self.record = replace(
             self.record,
             clip_loaded=INSTRUMENTS[instrument].deed == "clip",

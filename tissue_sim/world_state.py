@@ -109,6 +109,8 @@ def _bounds(state: dict[str, Any], tubes: Tubes, joint_ranges: Array) -> dict[st
         "record/*/structure": Bound(names=(*names, "gallbladder")),
         "record/*/side": Bound(names=(*SIDES, HOLE)),
         "record/*/point_m": Bound(shape=(3,)),
+        "record/*/place_m": Bound(shape=(3,)),
+        "record/*/volume_m3": POSITIVE,
         "record/*/T_world_clip": Bound(shape=(4, 4)),
         "record/grasp/place_tool_m/*": Bound(shape=(3,)),
     }

@@ -23,7 +23,7 @@ from controller.expert.targets import (
     spread_direction,
     taut,
 )
-from planner.procedure.outcomes import structure_of
+from planner.procedure.outcomes import has_tube, structure_of
 from planner.procedure.task import Task
 from planner.procedure.task_kind import entry_of
 from tissue_sim.frames import Array, inverse_pose, transform
@@ -88,10 +88,12 @@ def skill(task: Task, world: World, attempt: int = 0) -> tuple[Phase, ...]:
     """Return the phases that carry out a task in this patient, from any pose of the arm.
 
     A further attempt (1, 2, ...) approaches the tube from another side. A gallbladder that is held
-    at its proper place is not released.
+    at its proper place is not released. For a tube that this patient lacks, the arm stays.
     """
     if lacks_clip(task, world):
         return retract(task, world, attempt)
+    if not has_tube(task, world.anatomy):
+        return (stay(RIGHT_ARM),)
     phases = entry_of(task.kind, SKILLS, "SKILLS")(task, world, attempt)
     if not phases:
         raise ValueError(f"the skill of the kind {task.kind!r} has no phase")

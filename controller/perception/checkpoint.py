@@ -15,7 +15,8 @@ from controller.perception.prior import Prior
 from planner.learning.checkpoint import Checkpoints
 from planner.learning.networks import Width
 from tissue_sim.constants import WORLD_VERSION
-from tissue_sim.sensing.observation import N_LINE
+from tissue_sim.patient.anatomy import TUBES
+from tissue_sim.sensing.observation import N_LINE, SAC_POINTS
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -50,14 +51,15 @@ class PerceptionModel(nn.Module):
 
 def _shapes() -> dict[str, tuple[int, ...]]:
     n = 3 * N_LINE
-    return {"mean": (n,), "spread": (n, n), "drift": (n, n), "radius_m": (2,), "sac_radius_m": (5,)}
+    places = {"mean": (n,), "spread": (n, n), "drift": (n, n)}
+    return places | {"radius_m": (len(TUBES),), "sac_radius_m": (SAC_POINTS,)}
 
 
 CHECKPOINTS = Checkpoints(
     learner="perception",
     holds="perception",
     shipped=Path(__file__).with_name("perception.safetensors"),
-    fits={"world version": WORLD_VERSION, "schema": 4, "points": N_LINE},
+    fits={"world version": WORLD_VERSION, "schema": 5, "points": N_LINE},
     config_type=PerceptionConfig,
     model_from=PerceptionModel,
 )

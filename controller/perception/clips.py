@@ -33,7 +33,7 @@ class SeatedClip:
     """One clip: on a tube at a station, or lying loose.
 
     Attributes:
-        tube: The tube, 0 left, 1 right; None if the clip caught neither.
+        tube: The tube's number in `TUBES`; None if the clip caught none.
         at: Station of the clip, counted in the tube's points.
         variance_m2: Variance of the station.
         place_m: (3,) place where the clip closed.
@@ -89,7 +89,7 @@ class Clips:
         return places_m, variance_m2
 
     def _close(self, T_endoscope_tool: Array, kind: ClipKind, lines: Lines) -> None:
-        tubes = [tube_m(lines, k) for k in (0, 1)]
+        tubes = [tube_m(lines, k) for k in range(lines.n_tubes)]
         places = [nearest_to_jaws(tube, T_endoscope_tool, kind.length_m) for tube in tubes]
         tube = int(np.argmin([away for _, _, away in places]))
         k, share, away = places[tube]
@@ -123,11 +123,10 @@ class Clips:
         way_m = float(np.linalg.norm(ends[1] - ends[0])) / step
         (pixel, beside), _ = picture.project(ends)
         along = (beside - pixel) / (step * way_m)  # pixels a metre
-        noise = (SAME_LOOKS * EVIDENCE_PX**2 + float(along @ along) * PLACED_M**2) / max(
-            float(along @ along), 1.0
-        )
+        square = max(float(along @ along), 1.0)
+        noise = (SAME_LOOKS * EVIDENCE_PX) ** 2 / square + PLACED_M**2
         gain = clip.variance_m2 / (clip.variance_m2 + noise)
-        moved_m = gain * float(along @ (found - pixel)) / max(float(along @ along), 1.0)
+        moved_m = gain * float(along @ (found - pixel)) / square
         clip.at = float(np.clip(clip.at + moved_m / max(way_m, 1e-6), 0.0, TUBE_POINTS - 1.0))
         clip.variance_m2 *= 1.0 - gain
 
@@ -138,7 +137,7 @@ def _on(lines: Lines, tube: int, at: float) -> Array:
 
 
 def tube_m(lines: Lines, tube: int) -> Array:
-    """Return the points (8, 3) of the left (0) or the right (1) tube."""
+    """Return the points (8, 3) of a tube, by its number in `TUBES`."""
     return lines.points_m[TUBE_POINTS * tube : TUBE_POINTS * (tube + 1)]
 
 

@@ -9,6 +9,7 @@ from controller.perception.clips import tube_m
 from controller.perception.evidence import find, in_frame
 from controller.perception.fusion import Lines
 from controller.perception.graph import Shown
+from tissue_sim.patient.anatomy import TUBES
 from tissue_sim.sensing.glance import Glance, Picture
 from tissue_sim.sensing.observation import TUBE_POINTS
 from tissue_sim.sensing.polyline import nearest_to_jaws, place_on
@@ -26,16 +27,16 @@ BLADE_M = INSTRUMENTS[SCISSORS].yaw_to_tip_m - INSTRUMENTS[SCISSORS].finger_star
 
 
 class Cuts:
-    """Estimates whether the left and the right tube are severed."""
+    """Estimates whether each of `TUBES` is severed."""
 
     def __init__(self) -> None:
-        self._logit = np.full(2, BEGIN)
-        self._at: list[float | None] = [None, None]  # stations of the last closings
+        self._logit = np.full(len(TUBES), BEGIN)
+        self._at: list[float | None] = [None] * len(TUBES)  # stations of the last closings
         self._opened = False
 
     @property
     def severed(self) -> NDArray[np.bool_]:
-        """Return whether each tube (2,) is severed."""
+        """Return whether each tube (3,) is severed."""
         return self._logit > 0.0
 
     def stations(self) -> dict[int, float]:
@@ -56,7 +57,7 @@ class Cuts:
     def _close(self, glance: Glance, lines: Lines, told: float) -> None:
         """Register that blades have closed, nearly or wholly, on the tube between them."""
         T = glance.tips_endoscope[RIGHT_ARM]
-        places = [nearest_to_jaws(tube_m(lines, k), T, BLADE_M) for k in (0, 1)]
+        places = [nearest_to_jaws(tube_m(lines, k), T, BLADE_M) for k in range(lines.n_tubes)]
         tube = int(np.argmin([away for _, _, away in places]))
         k, share, away = places[tube]
         if away < BETWEEN_M and self._logit[tube] < SURE:

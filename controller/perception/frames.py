@@ -16,6 +16,7 @@ from torch.nn import functional as F
 from controller.dataset.part import one_line
 from planner.learning.files import DAMAGED
 from tissue_sim.sensing.picture_faults import smoked, splashed
+from tissue_sim.sensing.picture_points import N_SHOWN
 
 TURN_RAD, GROW, SHIFT = 0.3, 0.15, 0.1  # largest; of the size: natural logarithm, share
 SMOKED, SPLASHED, DEAD = 0.15, 0.15, 0.03  # shares of spoilt pictures; assumed
@@ -38,7 +39,7 @@ class Frames:
         there: (n, n_shown) whether the points exist.
         visible: (n, n_shown) whether the picture shows the points.
         radius: (n, `N_WIDE`) apparent radii of tubes and gallbladder, pixels.
-        flags: (n, 3) flags of `network.FLAGS`.
+        flags: (n, 4) flags of `network.FLAGS`.
     """
 
     rgb: Tensor
@@ -86,6 +87,8 @@ def read_frames(files: Sequence[Path], view: str) -> Frames:
 def _read(path: Path, view: str) -> Mapping[str, NDArray]:
     try:
         with np.load(path) as file:
+            if (n := file["there"].shape[-1]) != N_SHOWN:
+                raise ValueError(f"its frames label {n} points, not {N_SHOWN}")
             third = np.broadcast_to(file["third_tube"][:, None] > 0.5, (len(file["there"]), 1))
             return {
                 "rgb": file[f"rgb.{view}"],

@@ -12,6 +12,7 @@ import numpy as np
 from controller.perception.graph import Shown
 from controller.perception.prior import Prior
 from tissue_sim.frames import Array, unit
+from tissue_sim.patient.anatomy import USUAL_TUBES
 from tissue_sim.sensing.glance import Picture
 from tissue_sim.sensing.observation import N_LINE
 from tissue_sim.sensing.sensor_model import SensorModel
@@ -35,7 +36,8 @@ class Lines:
     """Estimates the points of the lines: mean (`N_LINE`, 3) and covariance, metres.
 
     Attributes:
-        cuts: Stations of the cuts by tube, 0 left, 1 right, counted in the tube's points.
+        cuts: Stations of the cuts by the tube's number in `TUBES`, counted in the tube's points.
+        n_tubes: Number of tubes that are there.
     """
 
     def __init__(self, prior: Prior) -> None:
@@ -43,6 +45,7 @@ class Lines:
         self._x, self._P = prior.mean.copy(), prior.spread.copy()
         self._looked = False
         self.cuts: dict[int, float] = {}
+        self.n_tubes = len(USUAL_TUBES)
 
     @property
     def points_m(self) -> Array:

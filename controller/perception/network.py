@@ -14,11 +14,12 @@ from torch import Tensor, nn
 from torch.nn import functional as F
 
 from planner.learning.networks import Channels, convolution
-from tissue_sim.sensing.observation import N_LINE, SAC_POINTS, TUBE_POINTS
+from tissue_sim.patient.anatomy import TUBES
+from tissue_sim.sensing.observation import N_LINE, ROWS
 
-N_WIDE = 2 * TUBE_POINTS + SAC_POINTS  # of them, the first, are of tubes and gallbladder
+N_WIDE = ROWS["sac_m"].stop  # of them, the first, are of tubes and gallbladder
 DENSE = ("clip", "cut end")
-FLAGS = ("left tube severed", "right tube severed", "third tube")
+FLAGS = (*(f"{tube} tube severed" for tube in TUBES), "third tube")
 STRIDE = 4  # pixels of a map's cell
 LOG_SIGMA = (-2.0, 4.0)  # limits, of pixels
 
@@ -45,7 +46,7 @@ class Seen:
         dense: (b, 2, h, w) logits of `DENSE`.
         offset: (b, 2, 2, h, w) column and row of the nearest clip and end from a cell's middle,
             pixels. The offset is valid near a clip or an end only.
-        flags: (b, 3) logits of `FLAGS`.
+        flags: (b, 4) logits of `FLAGS`.
     """
 
     heat: Tensor

@@ -18,11 +18,14 @@ from controller.perception.third_tube import ThirdTube
 from planner.learning.networks import kept
 from tissue_sim.constants import CONTROL_PERIOD_S
 from tissue_sim.frames import Array
+from tissue_sim.patient.anatomy import TUBES, USUAL_TUBES
 from tissue_sim.sensing.glance import Glance, Picture
 from tissue_sim.sensing.observation import (
+    LIKELY,
     MAX_CLIPS,
     N_LINE,
     N_POINTS,
+    ROWS,
     TUBE_POINTS,
     Observation,
     points_by_name,
@@ -47,7 +50,7 @@ class Perception:
     @property
     def aim_m(self) -> Array:
         """Return the point (3,) at which the endoscope's crop should look: the tubes' middle."""
-        return self._lines.points_m[: 2 * TUBE_POINTS].mean(axis=0)
+        return self._lines.points_m[: len(USUAL_TUBES) * TUBE_POINTS].mean(axis=0)
 
     def estimate(self, glance: Glance) -> Observation:
         """Return the present observation."""
@@ -76,12 +79,14 @@ class Perception:
                 self._hidden[N_LINE + k - oldest] = not seen
         self._age_s[~self._hidden] = 0.0
         self._third.look(shown)
+        self._lines.n_tubes = len(TUBES if self._third.chance > LIKELY else USUAL_TUBES)
 
     def _observation(self, glance: Glance) -> Observation:
         clips_m, clips_m2 = self._clips.places(self._lines)
-        points = np.concatenate([self._lines.points_m, clips_m])
-        n_clips, none = len(self._clips), np.arange(N_POINTS) >= N_LINE + len(self._clips)
-        std_m = np.sqrt(np.concatenate([self._lines.variance_m2, clips_m2]) + BIAS_M**2)
+        n_clips, n_tubes, there = len(self._clips), self._lines.n_tubes, self._there()
+        points = there[:, None] * np.concatenate([self._lines.points_m, clips_m])
+        std_m = np.sqrt(np.concatenate([self._lines.variance_m2, clips_m2]) + BIAS_M**2) * there
+        exist = np.arange(len(TUBES)) < n_tubes
         rest_length_m = self._lengths.estimate(
             points, std_m, pinch_n=glance.pinch_n, n_clips=n_clips
         )
@@ -89,17 +94,23 @@ class Perception:
             **glance.encoded,
             **points_by_name(points),
             n_clips=n_clips,
-            severed=self._cuts.severed,
-            tube_radius_m=self._radii.tubes_m,
-            rest_length_m=rest_length_m,
-            rest_length_std_m=self._lengths.std_m.copy(),
+            severed=self._cuts.severed & exist,
+            tube_radius_m=self._radii.tubes_m * exist,
+            rest_length_m=rest_length_m * exist,
+            rest_length_std_m=self._lengths.std_m * exist,
             third_tube=self._third.chance,
             sac_radius_m=self._radii.sac_m,
-            std_m=np.where(none, 0.0, std_m),
-            age_s=np.where(none, 0.0, self._age_s),
-            hidden=self._hidden & ~none,
+            std_m=std_m,
+            age_s=self._age_s * there,
+            hidden=np.where(there, self._hidden, np.arange(N_POINTS) < N_LINE),
             images={name: picture.rgb for name, picture in glance.pictures.items()},
         )
+
+    def _there(self) -> NDArray[np.bool_]:
+        """Return which points (`N_POINTS`,) stand for something that is there."""
+        there = np.arange(N_POINTS) < N_LINE + len(self._clips)
+        there[self._lines.n_tubes * TUBE_POINTS : ROWS["tubes_m"].stop] = False
+        return there
 
 
 def _in_sight(

@@ -14,15 +14,19 @@ import numpy as np
 
 from tissue_sim.constants import CONTROL_PERIOD_S
 from tissue_sim.frames import Array
-from tissue_sim.sensing.observation import N_LINE
+from tissue_sim.patient.anatomy import USUAL_TUBES
+from tissue_sim.sensing.observation import LIKELY, N_LINE, TUBE_POINTS, TUBE_ROWS
 from tissue_sim.thresholds import HELD_PINCH_N
 from tissue_sim.tools.arms import LEFT_ARM
 
 WIDER = 1.5  # factor on the variance: there are patients beyond those of the training
 ALONE_M = 0.001  # part of the spread that a point has for itself
+THIRD_M = 0.01  # spread of a third tube if no patient of the training has one; assumed
 GAP_S = 0.4  # mean time between frames of the training data
 STILL_M = 1e-5  # drift of a point for itself, in a second's square root
 QUICK = 0.95  # quantile of motions; larger ones count as no larger
+
+_THIRD = slice(3 * TUBE_ROWS["third"].start, 3 * TUBE_ROWS["third"].stop)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -33,7 +37,7 @@ class Prior:
         mean: (3 N) mean places.
         spread: (3 N, 3 N) covariance over patients and moments.
         drift: (3 N, 3 N) covariance of the motion in a second.
-        radius_m: (2,) outer radii of the tubes on average.
+        radius_m: (3,) outer radii of the tubes on average.
         sac_radius_m: (5,) outer radii of the infundibulum on average.
     """
 
@@ -46,25 +50,56 @@ class Prior:
 
 def fit_prior(files: Sequence[Path]) -> Prior:
     """Fit the prior to labelled frames, each episode with the same weight."""
-    places, motions, weights, radii, sacs = [], [], [], [], []
+    places, third, radii, sacs = [], [], [], []
     for path in files:
         with np.load(path) as file:
-            x = file["points_m"][:, :N_LINE].reshape(len(file["points_m"]), -1).astype(float)
+            places.append(file["points_m"][:, :N_LINE].astype(float))
+            third.append(bool(np.max(file["third_tube"]) > LIKELY))
             radii.append(file["radius_m"].mean(0))
             sacs.append(file["sac_radius_m"].mean(0))
-        places.append(x)
-        motions.append(np.diff(x, axis=0))
-        weights.append(np.full(len(x), 1.0 / len(x)))
-    x, weight = np.concatenate(places), np.concatenate(weights)
-    alone = np.eye(x.shape[1])
-    moved = _limited(np.concatenate(motions))
+    own = _fill_third(places, third)
+    rows = [some.reshape(len(some), -1) for some in places]
+    x, weight = np.concatenate(rows), np.concatenate([np.full(len(x), 1 / len(x)) for x in rows])
+    spread, alone = np.cov(x.T, aweights=weight), np.eye(x.shape[1])
+    spread[_THIRD, _THIRD] += own
+    moved = _limited(np.concatenate([np.diff(some, axis=0) for some in rows]))
     return Prior(
         mean=np.average(x, axis=0, weights=weight),
-        spread=WIDER * np.cov(x.T, aweights=weight) + ALONE_M**2 * alone,
+        spread=WIDER * spread + ALONE_M**2 * alone,
         drift=moved.T @ moved / (len(moved) * GAP_S) + STILL_M**2 * alone,
-        radius_m=np.mean(radii, axis=0),
+        radius_m=_radii_m(np.array(radii), third),
         sac_radius_m=np.mean(sacs, axis=0),
     )
+
+
+def _fill_third(places: Sequence[Array], third: Sequence[bool]) -> Array:
+    """Place missing third tubes, and return the covariance (24, 24) that these places lack.
+
+    A third tube has a place relative to the middle of the other tubes. Where it is missing, it
+    takes its mean place, without its spread about that place.
+
+    Args:
+        places: Points (n, `N_LINE`, 3) of each episode; missing third tubes are filled in.
+        third: Whether each episode's patient has a third tube.
+    """
+    rows, usual = TUBE_ROWS["third"], slice(len(USUAL_TUBES) * TUBE_POINTS)
+    middles = [x[:, usual].mean(axis=1, keepdims=True) for x in places]
+    episodes = list(zip(places, middles, third, strict=True))
+    found = [(x[:, rows] - m).reshape(len(x), -1) for x, m, has in episodes if has]
+    n = 3 * TUBE_POINTS
+    off = np.concatenate(found).mean(axis=0) if found else np.zeros(n)
+    enough = sum(map(len, found)) > 1
+    own = np.cov(np.concatenate(found).T) if enough else THIRD_M**2 * np.eye(n)
+    for x, middle, has in episodes:
+        if not has:
+            x[:, rows] = middle + off.reshape(TUBE_POINTS, 3)
+    return (1.0 - len(found) / len(places)) * own
+
+
+def _radii_m(radii: Array, third: Sequence[bool]) -> Array:
+    """Return the mean radii (3,) of the tubes; a third tube that nobody has is as the others."""
+    usual = radii[:, : len(USUAL_TUBES)].mean(axis=0)
+    return np.append(usual, radii[third, -1].mean() if any(third) else usual.mean())
 
 
 def _limited(motions: Array) -> Array:

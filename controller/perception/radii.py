@@ -6,11 +6,11 @@ import numpy as np
 
 from controller.perception.fusion import SAME_LOOKS, spread_px
 from controller.perception.graph import Shown
-from controller.perception.network import N_WIDE
 from controller.perception.prior import Prior
 from tissue_sim.frames import Array
+from tissue_sim.patient.anatomy import TUBES
 from tissue_sim.sensing.glance import Picture
-from tissue_sim.sensing.observation import TUBE_POINTS
+from tissue_sim.sensing.observation import ROWS, TUBE_POINTS
 
 SPREAD = 0.3  # of the patients' radii, a share; measured
 ONE_LOOK = 0.15  # assumed: standard deviation of one look at one point, a share
@@ -18,7 +18,7 @@ LEAST = 0.02  # least standard deviation, a share: radii change as tissue is pul
 
 
 class Radii:
-    """Estimates the logarithms of the radii of both tubes, and of the gallbladder at its points."""
+    """Estimates the logarithms of the radii of all tubes, and of the gallbladder at its points."""
 
     def __init__(self, prior: Prior) -> None:
         self._log_m = np.log(np.concatenate([prior.radius_m, prior.sac_radius_m]))
@@ -26,13 +26,13 @@ class Radii:
 
     @property
     def tubes_m(self) -> Array:
-        """Return the outer radii (2,) of the left and the right tube."""
-        return np.exp(self._log_m[:2])
+        """Return the outer radii (3,) of the tubes, in the order of `TUBES`."""
+        return np.exp(self._log_m[: len(TUBES)])
 
     @property
     def sac_m(self) -> Array:
         """Return the outer radii (5,) of the infundibulum at its points."""
-        return np.exp(self._log_m[2:])
+        return np.exp(self._log_m[len(TUBES) :])
 
     def look(self, pictures: dict[str, Picture], shown: dict[str, Shown], points_m: Array) -> None:
         """Take in the views' evidence, given the estimated points of the lines (`N_LINE`, 3)."""
@@ -51,5 +51,5 @@ class Radii:
 
 def _by_structure(values: Array) -> Array:
     """Return sums of the values (`N_LINE`,) of each tube; the gallbladder's points stay apart."""
-    tubes, sac = values[: 2 * TUBE_POINTS], values[2 * TUBE_POINTS : N_WIDE]
-    return np.concatenate([tubes.reshape(2, TUBE_POINTS).sum(axis=1), sac])
+    tubes, sac = values[ROWS["tubes_m"]], values[ROWS["sac_m"]]
+    return np.concatenate([tubes.reshape(len(TUBES), TUBE_POINTS).sum(axis=1), sac])

@@ -29,6 +29,7 @@ WEIGHTS_FILE, CHECKPOINT_FILE = "view.pt", CHECKPOINTS.shipped.name
 HEAT_PX = 4.0  # standard deviation of a heatmap's target
 DENSE_PX = 3.0  # of the evidence's targets
 NEXT_PX = 6.0  # distance from a clip or an end within which a cell should give its place
+LEAST_PX = 0.1  # radius of a structure; smaller ones are not there
 FOUND = 8.0  # weight of a cell that shows a clip or an end: they are few
 
 
@@ -162,7 +163,8 @@ def loss(seen: Seen, frames: Frames) -> Tensor:
 
 def _radius_loss(log_radius: Tensor, radius: Tensor, weight: Tensor) -> Tensor:
     """Return the loss of the apparent radii of tubes and gallbladder, where the frame has them."""
-    each = F.smooth_l1_loss(log_radius, radius.log(), reduction="none", beta=0.1)
+    known = radius.clamp(min=LEAST_PX).log()
+    each = F.smooth_l1_loss(log_radius, known, reduction="none", beta=0.1)
     return (weight * each).sum() / weight.sum().clamp(min=1.0)
 
 

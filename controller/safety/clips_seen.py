@@ -4,10 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 
-from planner.command import TUBES
-from planner.procedure.task import Tube
 from planner.scene.duct_side import structure_seen
 from planner.scene.next_task import ON_TUBE_M, clip_kinds, clips_needed_on, clips_on
+from tissue_sim.patient.anatomy import Tube
 from tissue_sim.patient.at_risk import AT_RISK
 from tissue_sim.sensing.observation import MAX_CLIPS, N_POINTS, TUBE_POINTS, Observation
 from tissue_sim.sensing.polyline import nearest_on, nearest_to_jaws
@@ -25,7 +24,7 @@ def lacking_clips(observation: Observation) -> frozenset[str]:
     """
     bare = {
         structure_seen(tube, observation)
-        for tube in TUBES
+        for tube in observation.tubes
         if clips_on(tube, observation) < clips_needed_on(tube, observation, stds=-SURE)
     }
     return frozenset({*bare, *AT_RISK})
@@ -42,7 +41,7 @@ def crowded_by_clips(observation: Observation, between: frozenset[str]) -> froze
     least_m = 0.5 * tool.clip.width_m + CLIP_MIN_GAP_M if tool.clip else CUFF_MIN_M
     return frozenset(
         name
-        for tube in TUBES
+        for tube in observation.tubes
         if (name := structure_seen(tube, observation)) in between
         and _to_clip_m(tube, observation) < least_m
     )
@@ -53,7 +52,6 @@ def _to_clip_m(tube: Tube, observation: Observation) -> float:
 
     The distance is along the tube at rest.
     """
-    row = TUBES.index(tube)
     line = observation.tube_m(tube)
     reach_m, _ = observation.right_instrument.mouth_m
     k, share, _ = nearest_to_jaws(line, observation.tips_endoscope[RIGHT_ARM], reach_m)
@@ -65,6 +63,6 @@ def _to_clip_m(tube: Tube, observation: Observation) -> float:
         if away_m <= ON_TUBE_M:
             apart = abs(at + beyond - k - share) / (TUBE_POINTS - 1)
             unsure_m = UNSURE * float(observation.std_m[N_POINTS - MAX_CLIPS + number])
-            apart_m = apart * float(observation.rest_length_m[row])
+            apart_m = apart * observation.length_m(tube)
             nearest_m = min(nearest_m, apart_m + unsure_m - 0.5 * kind.width_m)
     return nearest_m

@@ -51,7 +51,7 @@ from planner.language.rules.warning import warns, warns_anywhere, warns_mildly, 
 from planner.language.slot_heads import SlotHeads, load
 from planner.language.slots import spelt_out
 from planner.person.prohibition import Prohibition
-from planner.procedure.task import Tube
+from tissue_sim.patient.anatomy import Tube
 
 if TYPE_CHECKING:
     from planner.language.kind_head import Kind

@@ -14,7 +14,7 @@ from planner.person.remaining import left, tasks_left
 from planner.procedure.cholecystectomy import CHOLECYSTECTOMY
 from planner.procedure.procedure import Procedure
 from planner.scene.predicates import has_slipped
-from tissue_sim.sensing.observation import MAX_CLIPS, N_LINE, Observation
+from tissue_sim.sensing.observation import Observation
 
 
 def answer(
@@ -76,7 +76,7 @@ def _next(asked: Asked) -> str:
     task = next((task for task in left if not (task.grasps or task.goes_back)), None)
     if task is not None:
         return f"Next that is not done: {task.text}."
-    done = "Both tubes are cut" if asked.observation.severed.all() else "All else is done"
+    done = "Both tubes are cut" if asked.observation.all_severed else "All else is done"
     return f"{done}: the arm goes back."
 
 
@@ -94,7 +94,7 @@ def _wrong(asked: Asked) -> str:
 
 def _sure(asked: Asked) -> str:
     instruction, observation = asked.instruction, asked.observation
-    there = slice(N_LINE + min(observation.n_clips, MAX_CLIPS))
+    there = observation.there
     std_m = observation.std_m[there][~observation.hidden[there]]
     points = f"points to within about {within_mm(std_m)}" if len(std_m) else "nothing"
     right = f"{instruction.confidence:.0%} that {instruction.text!r} is right now; I see {points}."

@@ -163,7 +163,7 @@ def lacking(task: Task, observation: Observation, procedure: Procedure) -> str:
 
 def _let_go(correction: Correction, observation: Observation) -> str:
     opens = correction.jaw == "open" and correction.arm in ("left", "both")
-    if not opens or observation.pinch_n < HELD_PINCH_N or observation.severed.all():
+    if not opens or observation.pinch_n < HELD_PINCH_N or observation.all_severed:
         return ""
     return "The left gripper holds the gallbladder: opening lets it go, and the tubes slacken."
 

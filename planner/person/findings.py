@@ -6,18 +6,17 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from planner.command import TUBES
 from planner.instruction import Instruction
 from planner.language.rules.questions import Thing
 from planner.person.premises import clips_in_words
 from planner.procedure.cholecystectomy import CHOLECYSTECTOMY
 from planner.procedure.procedure import Procedure
-from planner.procedure.task import Tube
 from planner.scene.duct_side import duct_side, from_neck_m, side_confidence, structure_seen, tube_of
 from planner.scene.in_words import way_in_words
 from planner.scene.next_task import clips_needed_on, clips_on, lying_on
 from planner.scene.predicates import has_slipped, is_low, traction_n
 from tissue_sim.frames import Array
+from tissue_sim.patient.anatomy import USUAL_TUBES, Tube
 from tissue_sim.sensing.observation import MAX_CLIPS, N_LINE, Observation
 from tissue_sim.sensing.polyline import nearest_on, place_on
 from tissue_sim.thresholds import HELD_PINCH_N
@@ -68,7 +67,7 @@ def on(asked: Asked) -> str:
         return f"I see {counts(observation)}."
     rows = np.flatnonzero(lying_on(tube, observation))
     last_m = observation.std_m[N_LINE + rows[-1:]]
-    placed = len(last_m) and not observation.severed[TUBES.index(tube)]
+    placed = len(last_m) and not observation.is_severed(tube)
     how = f", the last one to within {within_mm(last_m)}" if placed else ""
     return (
         f"I see {_on_tube(tube, observation)}{how}. Whether a clip would hold a pull I cannot see."
@@ -79,12 +78,13 @@ def cut(asked: Asked) -> str:
     """Return in words whether the named tube is cut, or which of both tubes is."""
     observation = asked.observation
     if asked.tube is not None:
-        is_cut = observation.severed[TUBES.index(asked.tube)]
+        is_cut = observation.is_severed(asked.tube)
         count = clips_in_words(asked.tube, observation)
         return f"The {asked.name} is cut." if is_cut else f"The {asked.name} is not cut: {count}."
     parts = (
-        f"the {structure_seen(tube, observation)} is {'cut' if severed else 'not cut'}"
-        for tube, severed in zip(TUBES, observation.severed, strict=True)
+        f"the {structure_seen(tube, observation)} is"
+        f" {'cut' if observation.is_severed(tube) else 'not cut'}"
+        for tube in USUAL_TUBES
     )
     return f"{' and '.join(parts).capitalize()}."
 
@@ -142,7 +142,7 @@ def distance(asked: Asked) -> str:
 
 def counts(observation: Observation) -> str:
     """Return the clips on both tubes: "2 of 3 clips on the duct and the artery cut"."""
-    return " and ".join(_on_tube(tube, observation) for tube in TUBES)
+    return " and ".join(_on_tube(tube, observation) for tube in USUAL_TUBES)
 
 
 def within_mm(std_m: Array) -> str:
@@ -153,7 +153,7 @@ def within_mm(std_m: Array) -> str:
 def _on_tube(tube: Tube, observation: Observation) -> str:
     """Return the state of a tube in words: "2 of 3 clips on the duct"."""
     name = structure_seen(tube, observation)
-    if observation.severed[TUBES.index(tube)]:
+    if observation.is_severed(tube):
         return f"the {name} cut"
     return (
         f"{clips_on(tube, observation)} of {clips_needed_on(tube, observation)} clips on the {name}"
@@ -202,10 +202,7 @@ def _line(asked: Asked) -> tuple[str, Array]:
 
 
 def _tubes(observation: Observation) -> list[tuple[str, Array]]:
-    lines = (observation.left_tube_m, observation.right_tube_m)
-    return [
-        (structure_seen(tube, observation), line) for tube, line in zip(TUBES, lines, strict=True)
-    ]
+    return [(structure_seen(tube, observation), observation.tube_m(tube)) for tube in USUAL_TUBES]
 
 
 def _tip_m(arm: int, observation: Observation) -> Array:

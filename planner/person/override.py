@@ -83,15 +83,12 @@ class PlannerOverridden:
         """Ask the other planner, and return the instruction in force.
 
         The planner is not asked while a person holds the arms, has ordered a task, or has forbidden
-        the planned act. So a `TaskClock` does not count orders of people or forbidden acts. If arms
-        are to move slower, the planner's time also runs slower.
+        the planned act. Meanwhile, and while a tool is exchanged, the planner's clock stands still.
+        If arms are to move slower, the planner's time also runs slower.
         """
-        self._room.update(observation)
-        rests, passed_s = self._rests(observation), observation.time_s - self._seen_s
-        self._seen_s = observation.time_s
-        if rests:
+        self._run_clock(observation)
+        if self._rests(observation):
             return self.in_force(observation)
-        self._late_s += (1.0 - self.standing.speed) * passed_s
         before, self._planned = self._planned, self._asked(observation)
         if self._progress is None and (before is None or before.text != self._planned.text):
             self._latest = Order(task=self._planned.task, correction=self._planned.correction)
@@ -99,6 +96,7 @@ class PlannerOverridden:
 
     def follow(self, observation: Observation) -> Sequence[str]:
         """Take in one control step; return messages for the person, as on orders that ended."""
+        self._run_clock(observation)
         told, self._untold = [*self._untold, *self._asks_to_go_on(observation)], []
         told += self._barred_now(observation)
         progress = self._progress
@@ -232,6 +230,12 @@ class PlannerOverridden:
         planned = require_instruction(self._planner.plan(by_its_clock))
         return replace(planned, time_s=planned.time_s + self._late_s)
 
+    def _run_clock(self, observation: Observation) -> None:
+        """Let the planner's clock run since the last call, as fast as its task is carried out."""
+        passed_s, self._seen_s = observation.time_s - self._seen_s, observation.time_s
+        stands = self.exchanging or self._rests(observation)
+        self._late_s += passed_s if stands else (1.0 - self.standing.speed) * passed_s
+
     def _rests(self, observation: Observation) -> bool:
         """Return whether the planner is not asked, because its instruction is not followed now."""
         if self._planned is None:
@@ -263,7 +267,7 @@ class PlannerOverridden:
 
     def _forget(self) -> None:
         self._planned: Instruction | None = None
-        self._seen_s, self._late_s = 0.0, 0.0  # of the planner's clock, where arms are slower
+        self._seen_s, self._late_s = 0.0, 0.0  # of the planner's clock
         self._progress: OrderProgress | None = None
         self._then = deque[Said]()
         self._interrupted: tuple[OrderProgress, deque[Said]] | None = None

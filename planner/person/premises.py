@@ -6,11 +6,11 @@ from collections.abc import Iterable
 from dataclasses import dataclass
 from typing import Literal
 
-from planner.command import TUBES
-from planner.procedure.task import Task, Tube
+from planner.procedure.task import Task
 from planner.scene.duct_side import structure_seen, tube_of
 from planner.scene.next_task import clips_needed_on, clips_on
 from tissue_sim.outcome.clip_rule import USUAL_CLIPS
+from tissue_sim.patient.anatomy import USUAL_TUBES, Tube
 from tissue_sim.sensing.observation import Observation
 from tissue_sim.thresholds import HELD_PINCH_N
 
@@ -83,7 +83,7 @@ def _of_the_grasp(claim: Claim, observation: Observation) -> str:
 
 def _of_a_tube(claim: Claim, tube: Tube, task: Task, observation: Observation) -> str:
     name, count = structure_seen(tube, observation), clips_in_words(tube, observation)
-    severed = bool(observation.severed[TUBES.index(tube)])
+    severed = observation.is_severed(tube)
     n, needed = clips_on(tube, observation), clips_needed_on(tube, observation)
     if severed:
         return ""
@@ -109,4 +109,4 @@ def _tubes(on: Where, task: Task, observation: Observation) -> tuple[Tube, ...]:
         return (tube_of(on, observation),)
     if on in ("left tube", "right tube"):
         return ("left" if on == "left tube" else "right",)
-    return (task.tube,) if on == "" and task.tube else TUBES
+    return (task.tube,) if on == "" and task.tube else USUAL_TUBES

@@ -6,11 +6,11 @@ from collections.abc import Collection
 from dataclasses import dataclass, replace
 from typing import Literal, get_args
 
-from planner.command import TUBES
 from planner.procedure.task import Task
 from planner.scene.duct_side import structure_seen, tube_of
 from planner.scene.next_task import clips_needed_on, clips_on
 from planner.scene.predicates import OPEN_RAD
+from tissue_sim.patient.anatomy import USUAL_TUBES
 from tissue_sim.sensing.observation import Observation
 
 Act = Literal["clip", "cut", "open"]
@@ -46,7 +46,7 @@ class Prohibition:
 
     def seen(self, observation: Observation) -> Prohibition:
         """Return the prohibition with a tube replaced by the structure observed there."""
-        for tube in TUBES:
+        for tube in USUAL_TUBES:
             if self.on == f"{tube} tube":
                 return replace(self, on=structure_seen(tube, observation))
         return self
@@ -91,7 +91,7 @@ def already_so(ban: Prohibition, observation: Observation) -> str:
     if named not in ("duct", "artery"):
         return ""
     tube = tube_of(named, observation)
-    if observation.severed[TUBES.index(tube)]:
+    if observation.is_severed(tube):
         return f"The {named} is cut already."
     n = clips_on(tube, observation)
     has_all = ban.act == "clip" and n >= clips_needed_on(tube, observation)

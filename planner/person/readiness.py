@@ -6,14 +6,13 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from planner.command import TUBES
 from planner.person.findings import Asked
 from planner.person.premises import clips_in_words
-from planner.procedure.task import Tube
 from planner.scene.duct_side import structure_seen
 from planner.scene.next_task import applier_on, clips_needed_on, clips_on, lying_on, next_of_all
 from planner.scene.predicates import has_slipped
 from tissue_sim.frames import Array
+from tissue_sim.patient.anatomy import Tube
 from tissue_sim.sensing.observation import MAX_CLIPS, TUBE_POINTS, Observation
 from tissue_sim.sensing.polyline import nearest_on
 from tissue_sim.thresholds import CUFF_MIN_M
@@ -29,7 +28,7 @@ def safe(asked: Asked) -> str:
     if tube is None:
         return "Both tubes are cut already."
     name = structure_seen(tube, observation)
-    if observation.severed[TUBES.index(tube)]:
+    if observation.is_severed(tube):
         return f"The {name} is cut already."
     forbidden = asked.instruction.forbidden
     against = [*_against_cut(tube, observation), *_against(name, "cut", forbidden, observation)]
@@ -71,7 +70,7 @@ def gap_m(tube: Tube, observation: Observation) -> float:
     These clips are the highest and the next lower one.
     """
     low, high = np.sort(_places(tube, observation))[-2:]
-    return float(high - low) * float(observation.rest_length_m[TUBES.index(tube)])
+    return float(high - low) * observation.length_m(tube)
 
 
 def cut_gap_m(tube: Tube, observation: Observation) -> float:

@@ -14,6 +14,7 @@ import numpy as np
 
 from controller.action import ToolAction
 from controller.expert.motion import progress
+from planner.procedure.task import Task
 from scenarios.perturbation.effect import Effect
 from scenarios.perturbation.perturbation import Perturbation
 from tissue_sim.constants import CONTROL_PERIOD_S
@@ -48,7 +49,8 @@ class NoiseBursts(Effect):
         self._rng = rng
         self._rest()
 
-    def on_action(self, action: ToolAction, world: World) -> ToolAction:
+    def on_action(self, action: ToolAction, world: World, task: Task) -> ToolAction:
+        del task
         self._quiet_steps -= 1
         if self._quiet_steps > 0:
             return action

@@ -56,10 +56,10 @@ class Effects:
         led = (effect.lead(world, task) for effect in self._effects)
         return next((action for action in led if action is not None), None)
 
-    def on_action(self, action: ToolAction, world: World) -> ToolAction:
+    def on_action(self, action: ToolAction, world: World, task: Task) -> ToolAction:
         """Return the action that reaches the driver."""
         for effect in self._effects:
-            action = effect.on_action(action, world)
+            action = effect.on_action(action, world, task)
         return action
 
     def before_step(self, world: World, task: Task) -> None:

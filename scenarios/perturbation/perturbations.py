@@ -37,7 +37,7 @@ PERTURBATIONS = AT_TASKS + table(
     ("wide-tubes", "body:WideTubes", 0.7, 1.0,
      "share of the way to the widest possible",
      "duct and artery wider than in any textbook patient"),
-    ("short-tubes", "body:ShortTubes", 0.3, 1.0,
+    ("short-tubes", "body:ShortTubes", 0.2, 1.0,
      "share of the way to the shortest possible",
      "a textbook patient's duct and artery, shortened"),
     ("large-gallbladder", "body:LargeGallbladder", 0.4, 1.0,

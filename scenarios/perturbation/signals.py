@@ -37,10 +37,8 @@ class Latency(Effect):
         super().__init__(perturbation, rng)
         self._sent: deque[tuple[int, ToolAction]] = deque()
 
-    def before_step(self, world: World, task: Task) -> None:
+    def on_action(self, action: ToolAction, world: World, task: Task) -> ToolAction:
         self.begins(world, task)
-
-    def on_action(self, action: ToolAction, world: World) -> ToolAction:
         now = round(world.record.time_s / CONTROL_PERIOD_S)
         if not self.applied:
             return action

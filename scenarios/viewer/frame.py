@@ -21,7 +21,7 @@ from tissue_sim.rendering.drawn_clips import T_world_legs
 from tissue_sim.rendering.drawn_leaks import leak_surfaces
 from tissue_sim.rendering.drawn_strands import holding
 from tissue_sim.rendering.drawn_tissue import alive_tets
-from tissue_sim.sensing.observation import MAX_CLIPS, N_POINTS, Observation
+from tissue_sim.sensing.observation import Observation
 
 if TYPE_CHECKING:
     from tissue_sim.world import World
@@ -135,9 +135,7 @@ def frame_of(
         tets, alive = before.tets, before.alive
     left, right = world.arms.mounted
     clips = T_world_legs(world)
-    there = slice(
-        0 if observation is None else N_POINTS - MAX_CLIPS + min(observation.n_clips, MAX_CLIPS)
-    )
+    there = np.zeros(0, bool) if observation is None else observation.there
     points = np.zeros((0, 3)) if observation is None else observation.points_m()[there]
     return Frame(
         patient=patient.number,

@@ -5,7 +5,9 @@ from dataclasses import replace
 import pytest
 
 from planner.base import PATIENCE_S
+from planner.command import COMMANDS
 from planner.instruction import TASKS
+from planner.person.override import PlannerOverridden
 from planner.procedure.outcomes import structure_of, task_done
 from planner.scripted import MOST_TRIES, PlannerScripted
 from scenarios.catalogue import ORACLE, SCENARIOS
@@ -13,15 +15,17 @@ from scenarios.loop.episode_config import EpisodeConfig
 from scenarios.perturbation.effects import Effects
 from scenarios.perturbation.perturbation import AtTask
 from scenarios.run_episode import begin
-from tests.tissue_sim.kinds import POLYMER
+from tests.tissue_sim.kinds import POLYMER, SLIM_APPLIER
 from tests.tissue_sim.verification.bodies import astride
 from tissue_sim.outcome.clip_rule import FEWEST_CLIPS, needed_m
 from tissue_sim.outcome.predicates import right_arm_back
 from tissue_sim.outcome.room import why_call
+from tissue_sim.patient.textbook import textbook_from_seed
 from tissue_sim.patient.variants import variant
 from tissue_sim.surgery.clip import latch
 from tissue_sim.surgery.cut import BLADE_LENGTH_M, sever
 from tissue_sim.tools.arms import RIGHT_ARM, JointCommand
+from tissue_sim.tools.instruments import applier_for
 from tissue_sim.world import World
 
 GRAB, FIRST_CLIP, BACK_FROM_FIRST_CLIP, SECOND_CLIP = TASKS[:4]
@@ -71,6 +75,41 @@ def move_right_arm(world, *, insertion_m=None, jaw_rad=None, steps=30):
         world.step(JointCommand(joints=joints), intended="duct")
 
 
+def too_short_m(tube, diameter_m):
+    """Return a length that is a hair too short for a clip on either side of a cut."""
+    return needed_m(tube, applier_for(diameter_m), FEWEST_CLIPS) - 1e-6
+
+
+def with_second_artery(length_m):
+    two = variant("two-arteries", textbook_from_seed(10_004))
+    return replace(two, second_artery=replace(two.second_artery, length_m=length_m))
+
+
+def order_of(anatomy):
+    """Return the tasks that the planner gives where each is over a second after it was given."""
+    world = World()
+    world.reset(anatomy)
+    planner, said = PlannerScripted(world), []
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr("planner.scripted.task_over", lambda task, _: task in said)
+        patch.setattr("planner.scripted.gallbladder_held", lambda _: True)
+        for second in range(2 * len(TASKS)):
+            said.append(ask(planner, world, float(second)))
+    return [task.index for task in dict.fromkeys(said)]
+
+
+def test_the_third_tubes_tasks_follow_the_17_where_there_is_a_second_artery():
+    assert order_of(textbook_from_seed(10_004)) == list(range(1, 18))
+    assert order_of(with_second_artery(0.025)) == list(range(1, 26))
+
+
+def test_a_short_second_artery_gets_a_clip_on_either_side_of_the_cut():
+    assert order_of(with_second_artery(needed_m("second artery", SLIM_APPLIER) - 1e-6)) == [
+        *range(1, 20),
+        *range(22, 26),
+    ]
+
+
 def test_a_task_stays_until_it_is_done(untouched):
     planner = PlannerScripted(untouched)
     for after_s in (0.0, 1.0, 5 * PATIENCE_S, 50 * PATIENCE_S):
@@ -104,6 +143,19 @@ def test_it_backs_off_after_its_patience_and_tries_again_once_the_arm_is_back(at
     assert ask(planner, at_the_tubes, 4 * PATIENCE_S) == FIRST_CLIP
     assert ask(planner, at_the_tubes, 5 * PATIENCE_S - 0.1) == FIRST_CLIP  # the time starts again
     assert ask(planner, at_the_tubes, 5 * PATIENCE_S + 0.1) == BACK_FROM_FIRST_CLIP
+
+
+def test_a_pause_does_not_count_as_a_try(at_the_tubes):
+    observation = at_the_tubes.observe()
+    planner = PlannerOverridden(PlannerScripted(at_the_tubes))
+    planner.reset()
+    start_s, said = observation.time_s, []
+    for k, word in enumerate(["", "pause", *5 * [""], "resume", ""]):
+        now = replace(observation, time_s=start_s + k * 0.4 * PATIENCE_S)
+        if word:
+            planner.instruct(COMMANDS[word], now)
+        said.append(planner.plan(now).task)
+    assert said == 9 * [FIRST_CLIP]
 
 
 def test_a_task_that_has_failed_often_enough_is_left_to_a_person(at_the_tubes):
@@ -143,13 +195,15 @@ def test_after_a_slip_no_task_is_given_that_is_still_done():
     assert said == [*TASKS[:4], back_from_second, GRAB, SECOND_CLIP]
 
 
-@pytest.mark.parametrize("change", ["short duct", "short artery", "second artery"])
+@pytest.mark.parametrize("change", ["short duct", "short artery", "short second artery"])
 def test_it_calls_a_person_where_it_cannot_operate_but_not_after_a_clip(untouched, change):
     asked = untouched.anatomy
     hopeless = {
-        "short duct": replace(asked, duct_length_m=needed_m("duct", FEWEST_CLIPS) - 1e-6),
-        "short artery": replace(asked, artery_length_m=needed_m("artery", FEWEST_CLIPS) - 1e-6),
-        "second artery": variant("two-arteries", asked),
+        "short duct": replace(asked, duct_length_m=too_short_m("duct", asked.duct_diameter_m)),
+        "short artery": replace(
+            asked, artery_length_m=too_short_m("artery", asked.artery_diameter_m)
+        ),
+        "short second artery": with_second_artery(too_short_m("second artery", 0.001)),
     }[change]
     world = World()
     world.reset(hopeless)
@@ -183,3 +237,14 @@ def test_a_tube_in_two_parts_is_not_cut_again_though_it_had_no_clips(at_the_tube
     assert not task_done(cut, at_the_tubes)
     assert ask(planner, at_the_tubes) == back
     assert ask(planner, at_the_tubes, 2 * PATIENCE_S) == back
+
+
+@pytest.mark.parametrize("on_left", [False, True])
+def test_the_duct_comes_before_an_artery_that_crosses_it(on_left):
+    crossing = variant("artery-in-front", textbook_from_seed(10_004))
+    usual = list(range(1, 18))
+    duct_on_right = [1, *range(10, 18), *range(2, 10)]
+    assert order_of(replace(crossing, artery_on_left=on_left)) == (
+        duct_on_right if on_left else usual
+    )
+    assert order_of(replace(textbook_from_seed(10_004), artery_on_left=on_left)) == usual

@@ -8,14 +8,18 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from tests.tissue_sim.kinds import POLYMER
 from tests.tissue_sim.treatment import TUBE, assert_same, clip_and_cut, run
+from tests.tissue_sim.verification.bodies import astride
 from tests.worlds import textbook_world
 from tissue_sim.frames import Array
 from tissue_sim.mechanics.tissue import TissueConfig
 from tissue_sim.patient.textbook import textbook_from_seed
+from tissue_sim.surgery.clip import latch
+from tissue_sim.surgery.cut import sever
 from tissue_sim.surgery.injury import InjuryMonitor, LimitReading
 from tissue_sim.surgery.tear import Load, tear
-from tissue_sim.tools.arms import HOME_JOINTS, RIGHT_ARM, JointCommand
+from tissue_sim.tools.arms import HOME_JOINTS, RIGHT_ARM, Arms, JointCommand
 from tissue_sim.world import World, WorldConfig
 
 SEED = 5
@@ -47,7 +51,44 @@ def tear_and_open(world: World) -> None:
     world.sac.open(np.arange(60, 70, dtype=np.int32))
 
 
-TREATMENTS = {"none": lambda _: None, "clip and cut": clip_and_cut, "tear": tear_and_open}
+def graze(world: World) -> None:
+    """Close the blades where they touch the tube's edge alone, away from the nearest ring."""
+    station_m = world.tubes.stations_m[TUBE][6] + 0.0006
+    beyond_m = -0.9 * world.tubes.radius_m(TUBE)
+    assert (
+        sever(world.tubes, astride(world.tubes, TUBE, station_m, beyond_m=beyond_m), time_s=0.0)
+        == ()
+    )
+
+
+def clip_a_vertex(world: World) -> None:
+    """Close a clip whose tip holds so few vertices that no spring squeezes them."""
+    station_m, radius_m = world.tubes.stations_m[TUBE][6], world.tubes.radius_m(TUBE)
+    T = astride(world.tubes, TUBE, station_m, beyond_m=-0.8 * radius_m)
+    clip = latch(world.tubes, T, POLYMER, number=1, time_s=world.record.time_s)
+    assert clip.vertices
+    assert not clip.links
+    world.record = replace(world.record, clips=(clip,))
+
+
+def break_ties(world: World) -> None:
+    """Tear the tube out of the gallbladder in one step."""
+    strength = world.tissue.host("tie_strength")
+    before = strength.copy()
+    strength[0, world.tubes.tie_rows[TUBE]] = 0.0
+    run(world, SAVED_AT, SAVED_AT + 1)
+    strength[:] = before
+    assert not world.tissue.host("tie_stiffness")[0, world.tubes.tie_rows[TUBE]].any()
+
+
+TREATMENTS = {
+    "none": lambda _: None,
+    "clip and cut": clip_and_cut,
+    "tear": tear_and_open,
+    "graze": graze,
+    "clip on a vertex": clip_a_vertex,
+    "broken ties": break_ties,
+}
 
 
 @pytest.mark.parametrize("treat", TREATMENTS.values(), ids=TREATMENTS)
@@ -160,6 +201,30 @@ def test_what_is_no_patient_is_refused_and_the_patient_stays(world: World) -> No
     with pytest.raises(ValueError, match=r"anatomy = 3 must be an Anatomy"):
         world.reset(3)  # pyright: ignore[reportArgumentType]
     assert_same(world.state(), before)
+
+
+def test_a_new_tool_is_never_driven_beyond_its_limits(
+    world: World, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Open scissors wider than a clip applier opens, and exchange them."""
+    driven = []
+
+    def drive(arms: Arms, joints: Array) -> None:
+        driven.append(joints.copy())
+        limits = arms.limits
+        assert (joints >= limits[..., 0] - 1e-12).all()
+        assert (joints <= limits[..., 1] + 1e-12).all()
+
+    monkeypatch.setattr(Arms, "drive", drive)
+    world.equip("scissors")
+    wide = world.target
+    wide[RIGHT_ARM, 4:] = 1.2, 0.0, 1.2
+    world.step(JointCommand(joints=wide))
+    np.testing.assert_array_equal(world.target, wide)
+    world.equip("clip_applier")
+    assert (world.target != wide).any()
+    world.step(JointCommand(joints=world.target))
+    assert len(driven) == 8
 
 
 def test_a_pull_at_an_unknown_clip_names_the_clips_there_are(world: World) -> None:

@@ -144,6 +144,8 @@ class TissueArrays:
     # parts that move as rigid bodies in the preconditioner, and the factor of their matrix
     n_part: wp.array(dtype=int)
     part: wp.array2d(dtype=int)
+    held: wp.array2d(dtype=int)  # whether the body holds the piece that a vertex belongs to
+    has_broken: wp.array(dtype=int)  # whether a tie or an anchor broke in this step
     part_middle: wp.array2d(dtype=wp.vec3)
     part_count: wp.array2d(dtype=float)
     arm: wp.array2d(dtype=wp.vec3)

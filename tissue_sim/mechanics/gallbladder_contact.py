@@ -168,12 +168,6 @@ def push_out_of_sac(
 
 
 @wp.func
-def is_held(t: TissueArrays, b: int, i: int):
-    """Return whether the body holds the piece that a vertex belongs to."""
-    return t.part[b, i] >= 0
-
-
-@wp.func
 def push_ring_out_of_sac(t: TissueArrays, b: int, tube: int, r: int):
     """Push a ring, on both sides of a cut, out of the sac.
 
@@ -181,9 +175,9 @@ def push_ring_out_of_sac(t: TissueArrays, b: int, tube: int, r: int):
     the solver's equations and move the piece erratically.
     """
     if t.ring_beside_sac[b, tube, r] != 0:
-        if is_held(t, b, t.ring[b, tube, r, 0]):
+        if t.held[b, t.ring[b, tube, r, 0]] != 0:
             push_out_of_sac(t, b, tube, r, t.ring, t.ring_centre[b, tube, r])
-        if is_severed(t, b, tube, r) and is_held(t, b, t.ring_above[b, tube, r, 0]):
+        if is_severed(t, b, tube, r) and t.held[b, t.ring_above[b, tube, r, 0]] != 0:
             push_out_of_sac(t, b, tube, r, t.ring_above, t.ring_centre_above[b, tube, r])
 
 

@@ -177,7 +177,7 @@ def _sizes(organs: Sequence[Organ]) -> dict[str, tuple[int, ...]]:
     return {
         "position": (n_vertex,),
         "n_vertex": (), "n_tet": (), "bed_point": (), "bed_normal": (), "bed_along": (),
-        "bed_edge": (), "bed_force": (), "iterations": (),
+        "bed_edge": (), "bed_force": (), "iterations": (), "has_broken": (),
         "tet": (n_tet,), "tet_alive": (n_tet,), "rest_inverse": (n_tet,), "volume": (n_tet,),
         "mu": (n_tet,), "bulk": (n_tet,), "folded": (n_tet,), "lam": (n_tet,),
         "fibre": (n_tet,), "collagen": (n_tet,),

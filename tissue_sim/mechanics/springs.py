@@ -81,6 +81,7 @@ def add_springs(t: TissueArrays, b: int):
 def break_tie(t: TissueArrays, b: int, n: int):
     if t.tie_stiffness[b, n] * wp.length(tie_offset(t, b, n)) > t.tie_strength[b, n]:
         t.tie_stiffness[b, n] = 0.0
+        t.has_broken[b] = 1
 
 
 @wp.func
@@ -96,11 +97,15 @@ def break_anchor(t: TissueArrays, b: int, n: int):
     d = t.anchor_point[b, n] - t.position[b, t.anchor[b, n]]
     if t.anchor_stiffness[b, n] * wp.length(d) > t.anchor_strength[b, n]:
         t.anchor_stiffness[b, n] = 0.0
+        t.has_broken[b] = 1
 
 
 @wp.func
 def break_springs(t: TissueArrays, b: int):
-    """Break springs that carry more than their strength; they do not recover."""
+    """Break springs that carry more than their strength; they do not recover.
+
+    After a tie or an anchor has broken, the tissue is rewired: a piece may be loose now.
+    """
     for n in range(t.tie_stiffness.shape[1]):
         break_tie(t, b, n)
     for n in range(t.link_stiffness.shape[1]):

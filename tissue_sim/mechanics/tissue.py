@@ -121,11 +121,13 @@ class Tissue:
     def step(self) -> None:
         """Advance every environment by one step of `config.step_s`."""
         self._step.launch()
+        self._rewire_broken()
 
     def step_in_stages(self) -> None:
         """Advance one step with one launch per stage, so that a stage can be timed or left out."""
         for launch in self.stages.values():
             launch.launch()
+        self._rewire_broken()
 
     def load_walls(self) -> None:
         """Compute `segment_pull` and `patch_stretch` at the current positions."""
@@ -254,8 +256,11 @@ class Tissue:
         return row, column, slots
 
     def rewire(self, b: int) -> None:
-        """Rebuild matrix pattern, masses and contact surface after a change of topology."""
+        """Rebuild all that follows from the topology and from the ties and anchors that hold."""
         n, tets = self.n_vertex(b), self.tets(b)
+        self._lump_masses(b)
+        self._fix_vertices(b)
+        self._find_held(b)
         row, column, (tet, tie, link) = self.pattern(b, n, tets, self.host("link")[b])
         self.host("row")[b, : n + 1] = row
         self.host("column")[b, : len(column)] = column
@@ -267,8 +272,6 @@ class Tissue:
         self.host("tie_slot")[b] = tie
         self.host("link_slot")[b] = link
         self.host("stiffness_holds")[b] = 0
-        self._lump_masses(b)
-        self._fix_vertices(b)
         alive = self.host("tet_alive")[b, : len(tets)] != 0
         faces, _ = boundary_faces(tets[alive])
         surface = self.host("surface")[b]
@@ -293,8 +296,15 @@ class Tissue:
         region = self.organs[b].region
         return (region % 2 == 1) & (region > REGIONS.index("bile"))
 
-    def remove_loose_from_parts(self, b: int) -> None:
-        """Remove unsupported pieces from the preconditioner's rigid parts.
+    def _rewire_broken(self) -> None:
+        """Rewire where a tie or an anchor broke in this step."""
+        broken = self.host("has_broken")
+        for b in np.flatnonzero(broken).tolist():
+            broken[b] = 0
+            self.rewire(b)
+
+    def _find_held(self, b: int) -> None:
+        """Find the pieces that the body holds; remove the others from the preconditioner's parts.
 
         A strand supports nothing, because it may break at any time. The pieces' inertia is a
         millionth of their stiffness, less than the matrix's rounding errors. In the rigid motion of
@@ -307,8 +317,9 @@ class Tissue:
             host("tie_corner")[b, host("tie_stiffness")[b] > 0.0].ravel(),
             host("anchor")[b, host("anchor_stiffness")[b] > 0.0],
         ]
-        loose = ~np.isin(label, label[np.concatenate(held)])
-        host("part")[b, :n][loose] = -1
+        is_held = np.isin(label, label[np.concatenate(held)])
+        host("held")[b, :n] = is_held
+        host("part")[b, :n][~is_held] = -1
 
     def state(self) -> dict[str, NDArray]:
         """Return a copy of all arrays that change, including the topology."""

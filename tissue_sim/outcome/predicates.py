@@ -173,9 +173,12 @@ def untouched(field: Field) -> bool:
 
 
 def procedure_flags(field: Field) -> dict[str, bool]:
-    """Return which parts of the procedure are done now, regardless of the history."""
+    """Return which parts of the procedure are done now, regardless of the history.
+
+    The third tube's parts belong only to a patient with a second artery.
+    """
     flags = {"gallbladder grasped": gallbladder_grasped(field)}
-    for side in ("left", "right"):
+    for side in field.anatomy.tubes:
         tube = field.anatomy.structure(side)
         for k in range(1, USUAL_CLIPS + 1):
             flags[f"{side} clip {k}"] = clip_placed(field, tube, k)

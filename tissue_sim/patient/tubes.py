@@ -202,6 +202,8 @@ class Tubes:
     ) -> Crossing | None:
         """Return where the tube crosses the plane x = 0 between an instrument's jaws.
 
+        Each segment of the centreline lies on its own stump, up to the very ends of the stump.
+
         Args:
             tube: Name of the tube.
             T_world_tool: (4, 4) pose of the tool.
@@ -209,25 +211,26 @@ class Tubes:
             half_gap_m: Largest distance from the jaws' middle plane. The default is for closing
                 jaws.
         """
-        centres = transform(inverse_pose(T_world_tool), self.centres(tube))
-        x = centres[:, 0]
-        spans = np.flatnonzero((x[:-1] * x[1:] <= 0) & (x[:-1] != x[1:])).tolist()
-        severed = set(self.severed_rings(tube).tolist()) if spans else ()
+        neck, x = self.organ.neck_ring[tube], self.tissue.positions(self.b)
+        rings = np.stack([self.above[tube][:neck, 0], self.below[tube][1 : neck + 1, 0]])
+        start, end = transform(inverse_pose(T_world_tool), x[rings].astype(np.float64))
+        spans = (start[:, 0] * end[:, 0] <= 0) & (start[:, 0] != end[:, 0])
         best = None
-        for k in spans:
-            t = x[k] / (x[k] - x[k + 1])
-            point = centres[k] + t * (centres[k + 1] - centres[k])
-            if k in severed or not (-reach_m <= point[2] <= self.radius_m(tube)):
+        for k in np.flatnonzero(spans).tolist():
+            t = start[k, 0] / (start[k, 0] - end[k, 0])
+            point = start[k] + t * (end[k] - start[k])
+            if not -reach_m <= point[2] <= self.radius_m(tube):
                 continue
             if abs(point[1]) < half_gap_m and (
                 best is None or abs(point[1]) < abs(best.point_m[1])
             ):
-                low, high = max(k - 1, 0), min(k + 2, len(centres) - 1)
-                tangent = unit(centres[high] - centres[low])
                 s = self.stations_m[tube]
+                station_m = float(s[k] + t * (s[k + 1] - s[k]))
+                first, last = self.stump(tube, station_m)
+                tangent = unit(end[min(k + 1, last - 1)] - start[max(k - 1, first)])
                 best = Crossing(
                     tube=tube,
-                    station_m=float(s[k] + t * (s[k + 1] - s[k])),
+                    station_m=station_m,
                     ring=k + round(float(t)),
                     tilt_rad=float(np.arccos(np.clip(abs(tangent[0]), 0.0, 1.0))),
                     point_m=point,
@@ -267,12 +270,25 @@ class Tubes:
         The ring slides on the straight edges to its neighbour. So the shape stays the same, and a
         cut lies at the blades and not at the nearest ring.
         """
+        there, share = self._way(tube, ring, station_m)
+        below, above = self.below[tube][ring], self.above[tube][ring]
+        split = above != below  # by an earlier cut, in part
+        here = np.concatenate([below, above[split]])
+        self.tissue.slide(self.b, here, np.concatenate([there, there[split]]), share)
+        self.stations_m[tube][ring] = station_m
+
+    def slid_ring_m(self, tube: str, ring: int, station_m: float) -> Array:
+        """Return the positions (1 + 2 n, 3) that `slide_ring` would give a ring, world frame."""
+        x = self.tissue.positions(self.b).astype(np.float64)
+        (there, share), here = self._way(tube, ring, station_m), self.below[tube][ring]
+        return x[here] + share * (x[there] - x[here])
+
+    def _way(self, tube: str, ring: int, station_m: float) -> tuple[Indices, float]:
+        """Return the neighbour towards which a ring slides, on its stump, and the share of it."""
         stations = self.stations_m[tube]
         neighbour = ring + 1 if station_m > stations[ring] else ring - 1
         share = (station_m - stations[ring]) / (stations[neighbour] - stations[ring])
-        here, there = self.below[tube][ring], self.below[tube][neighbour]
-        self.tissue.slide(self.b, here, there, float(share))
-        self.stations_m[tube][ring] = station_m
+        return self.side(tube, station_m)[neighbour], float(share)
 
     def severed_rings(self, tube: str) -> Indices:
         """Return the rings whose two sides share no vertex."""

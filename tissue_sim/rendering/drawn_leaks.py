@@ -1,8 +1,8 @@
 """Draw leaking bile and blood: a spot on the opening, falling drops, and a growing pool.
 
 A drop contains the volume that leaks until the next drop falls, so its size shows the rate. From an
-artery's open root the drops spurt with the pulse. The leaked volume of a structure lies in a pool
-below it.
+artery's open root the drops spurt with the pulse. What was spilt at a place lies in a pool below
+it, also after the leak is closed.
 """
 
 from __future__ import annotations
@@ -12,12 +12,13 @@ import sapien
 
 from tissue_sim.field import Field
 from tissue_sim.frames import AWAY, RIGHT, UP, Array, unit
-from tissue_sim.patient.at_risk import BRANCHES, COMMON_DUCT, HEPATIC_ARTERY
+from tissue_sim.patient.at_risk import COMMON_DUCT, HEPATIC_ARTERY
 from tissue_sim.rendering.drawing import Drawn, Surface
 from tissue_sim.rendering.drawn_surroundings import depth_behind_m
 from tissue_sim.rendering.shapes import drop, joined, sheet
 from tissue_sim.rendering.textures import TILE_M, Look
 from tissue_sim.surgery.leak import HOLE, Leak
+from tissue_sim.surgery.spill import Spill, mouth_m
 
 FALL_M = 0.014
 DROPS = 4
@@ -59,21 +60,20 @@ class DrawnLeaks:
 
 
 def leak_surfaces(field: Field) -> dict[str, Surface]:
-    """Build the liquid at each leaking structure."""
-    leaks = field.record.leaks
-    rate_m3_s = sum(leak.rate_m3_s for leak in leaks)
+    """Build the liquid of each structure that leaks or has leaked."""
     wet: dict[str, list[Surface]] = {}
-    for leak in leaks:
-        pooled_m3 = field.record.leaked_m3 * leak.rate_m3_s / rate_m3_s if rate_m3_s else 0.0
-        wet.setdefault(leak.structure, []).append(_wet(field, leak, pooled_m3))
+    for leak in field.record.leaks:
+        wet.setdefault(leak.structure, []).append(_wet(field, leak))
+    for spill in field.record.spilt:
+        wet.setdefault(spill.structure, []).append(_pool(field, spill))
     return {structure: joined(surfaces) for structure, surfaces in wet.items()}
 
 
-def _wet(field: Field, leak: Leak, pooled_m3: float) -> Surface:
-    """Build a spot on the opening, drops that grow with the rate, and their pool."""
+def _wet(field: Field, leak: Leak) -> Surface:
+    """Build a spot on the opening, and drops that grow with the rate."""
     radius = drop_radius_m(leak.rate_m3_s)
     phase = field.record.time_s / PERIOD_S % 1.0
-    centre = _mouth(field, leak)
+    centre = mouth_m(field.tubes, field.sac, leak)
     down = np.array([0.0, 0.0, -1.0])
     spot = drop(centre, np.full(3, _mouth_radius_m(field, leak)))
     fallen = (np.arange(DROPS) + phase) / DROPS
@@ -82,7 +82,7 @@ def _wet(field: Field, leak: Leak, pooled_m3: float) -> Surface:
         drop(centre + f * spurt_m + f * f * FALL_M * down, radius * np.array([0.85, 0.85, 1.4]))
         for f in fallen
     ]
-    return joined([spot, *falling, *_pool(field, centre, pooled_m3)])
+    return joined([spot, *falling])
 
 
 def _spurt_m(field: Field, leak: Leak) -> Array:
@@ -95,20 +95,17 @@ def _spurt_m(field: Field, leak: Leak) -> Array:
     return SPURT_M * pulse * unit(end - before)
 
 
-def _pool(field: Field, mouth: Array, volume_m3: float) -> list[Surface]:
-    """Build a pool of this volume below an opening, on the surface behind; none for no volume."""
-    if volume_m3 <= 0.0:
-        return []
+def _pool(field: Field, spill: Spill) -> Surface:
+    """Build a pool of a spill's volume below its opening, on the surface behind."""
     share, turn = np.meshgrid(
         np.linspace(0.02, 1.0, _POOL_RINGS), np.linspace(0.0, 2.0 * np.pi, _POOL_SECTORS)
     )
-    radius_m = pool_radius_m(volume_m3) * share * (1.0 + 0.12 * np.sin(3.0 * turn))
-    at = mouth - field.body.offset_m
-    u = at @ RIGHT + radius_m * np.cos(turn)
-    v = at @ UP - POOL_BELOW_M + radius_m * np.sin(turn)
+    radius_m = pool_radius_m(spill.volume_m3) * share * (1.0 + 0.12 * np.sin(3.0 * turn))
+    u = spill.place_m @ RIGHT + radius_m * np.cos(turn)
+    v = spill.place_m @ UP - POOL_BELOW_M + radius_m * np.sin(turn)
     depth = depth_behind_m(field.anatomy, u, v) - POOL_DEPTH_M * np.sqrt(1.0 - share**2)
     points = u[..., None] * RIGHT + v[..., None] * UP + depth[..., None] * AWAY
-    return [sheet(points[:, ::-1] + field.body.offset_m, TILE_M)]
+    return sheet(points[:, ::-1] + field.body.offset_m, TILE_M)
 
 
 def pool_radius_m(volume_m3: float) -> float:
@@ -126,12 +123,3 @@ def _mouth_radius_m(field: Field, leak: Leak) -> float:
     if leak.side == HOLE:
         return MAX_RADIUS_M
     return 1.15 * field.tubes.radius_m(leak.structure)
-
-
-def _mouth(field: Field, leak: Leak) -> Array:
-    """Return the middle of the leaking opening (3,), world frame."""
-    if leak.side == HOLE:
-        trunk = leak.structure in BRANCHES
-        return field.tubes.root_m(leak.structure) if trunk else field.sac.hole_centre()
-    rings = field.tubes.below if leak.side == "body" else field.tubes.above
-    return field.tissue.positions()[rings[leak.structure][leak.ring, 0]].astype(float)

@@ -36,6 +36,8 @@ class SensorModel:
         along_m: Error of each end of a line along it, constant, because a smooth tube has no
             landmark.
         far: Factor on `bias_m`, `slow_m` and `along_m` from `BLURRED_M` to the right tip on.
+        covered: Factor on the same errors of the structures at risk. A surgeon leaves the
+            peritoneum over them and sees its bulge, which tells little of how deep they lie.
         clip_m: Error of each clip, constant.
         tube_radius, sac_radius: Relative errors of a tube's radius and the gallbladder's radius.
         look_s: Time between two looks.
@@ -60,6 +62,7 @@ class SensorModel:
     white_m: float = 2e-5
     along_m: float = 1e-4
     far: float = 1.5
+    covered: float = 2.5  # assumed: 0.6 to 0.9 mm, about half the hepatic artery's radius
     clip_m: float = 1.9e-4
     tube_radius: float = 0.2
     sac_radius: float = 0.06
@@ -87,7 +90,8 @@ class SensorModel:
     def scaled(self, strength: float) -> SensorModel:
         """Return the model with errors `strength` times as large, and the same times."""
         sizes = {name: strength * getattr(self, name) for name in SIZES}
-        return replace(self, **sizes, far=1.0 + (self.far - 1.0) * min(strength, 1.0))
+        factors = {name: 1.0 + (getattr(self, name) - 1.0) * min(strength, 1.0) for name in FACTORS}
+        return replace(self, **sizes, **factors)
 
 
 SIZES = (
@@ -95,6 +99,7 @@ SIZES = (
     "sac_radius",
     "third_tube", "hand_eye_m", "hand_eye_rad", "tip_m", "jaw_rad", "force_n",
 )  # fmt: skip
+FACTORS = "far", "covered"
 SHARP_M, BLURRED_M = 0.015, 0.045  # from the right tip: its camera resolves close points best
 
 

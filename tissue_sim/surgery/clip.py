@@ -297,9 +297,7 @@ def springs_across(
 def squeeze(tubes: Tubes, springs: list[Spring], vertices: list[int]) -> tuple[int, ...]:
     """Cover vertices with the legs and press them together with springs; return their rows."""
     tubes.tissue.host("covered")[tubes.b, vertices] += 1
-    if not springs:
-        return ()
-    table = np.array(springs)
+    table = np.array(springs).reshape(-1, 4)
     rows = tubes.tissue.add_links(
         tubes.b,
         table[:, :2].astype(int),

@@ -19,6 +19,7 @@ from tissue_sim.surgery.injury import InjuryMonitor
 from tissue_sim.surgery.leak import hole_leak, leaks, root_leaks
 from tissue_sim.surgery.loose_clip import fall, push_aside
 from tissue_sim.surgery.record import Record
+from tissue_sim.surgery.spill import mouth_m, spilt_more
 from tissue_sim.surgery.tear import Load, tear, worst_load
 from tissue_sim.thresholds import PIERCED_M, SAC_MAX_STRETCH
 from tissue_sim.tools.arms import LEFT_ARM, RIGHT_ARM
@@ -41,7 +42,8 @@ def record_step(field: Field, step_s: float, beyond_rad: float, intended: str | 
     monitor = InjuryMonitor(r.injuries, r.broken_limits, r.peaks)
     pushes = pushes_n(field.tubes, r.clips)
     r = _use_right_tool(field, time_s, intended, monitor)
-    for clip, force_n in pushes:
+    for pushed, force_n in pushes:
+        clip = r.clips[pushed.number - 1]  # a cut may just have moved its springs
         pull = Pull(number=clip.number, force_world_n=force_n, grip_n=grip_n(field.tubes, clip))
         r = _pull(field, r, pull, step_s, monitor)
     field.tissue.load_walls()
@@ -162,14 +164,16 @@ def _with_clips(r: Record, clips: Sequence[Clip]) -> Record:
 
 
 def _clips_beside_tools(field: Field, clips: Sequence[Clip], step_s: float) -> list[Clip]:
-    """Return the clips after instruments and gravity have moved them.
+    """Return the clips after instruments, gravity and the body have moved them.
 
-    A clip may leave the jaws, be pushed aside, or fall.
+    A clip may leave the jaws, be pushed aside, fall, or move with the body on which it lies.
     """
     shapes = field.arms.contact_shapes()
     now = [leave_jaws(field.tubes, clip, shapes) for clip in clips]
     now = [push_aside(clip, shapes) if clip.lost else clip for clip in now]
-    return [fall(clip, field.organ.bed, step_s) for clip in now]
+    bed, offset_m = field.organ.bed, field.body.offset_m
+    moved_m = step_s * field.body.velocity_m_s
+    return [fall(clip, bed, offset_m, moved_m, step_s) for clip in now]
 
 
 def _part_clips(field: Field, r: Record) -> Record:
@@ -191,16 +195,18 @@ def _pull(field: Field, r: Record, pull: Pull, step_s: float, monitor: InjuryMon
 
 
 def _leak(field: Field, r: Record, step_s: float) -> Record:
-    """Find the current leaks, and add up the lost volume."""
+    """Find the current leaks, and add up the lost volume and its places."""
     fullness = max(1.0 - r.drained_m3 / field.sac.contents_m3, 0.0)
     leaking = leaks(field.tubes, r.clips, r.openings, fullness=fullness)
     leaking += hole_leak(field.sac, fullness=fullness)
     leaking += root_leaks(field.tubes, r.clips, fullness=fullness)
     if not leaking and not r.leaks:
         return r
+    places_m = [mouth_m(field.tubes, field.sac, x) - field.body.offset_m for x in leaking]
     return replace(
         r,
         leaks=leaking,
+        spilt=spilt_more(r.spilt, leaking, places_m, step_s),
         leaked_m3=r.leaked_m3 + step_s * sum(x.rate_m3_s for x in leaking),
         drained_m3=r.drained_m3 + step_s * sum(x.rate_m3_s for x in leaking if x.drains_sac),
     )

@@ -1,6 +1,7 @@
 """Let a loose clip fall freely, onto the liver bed or the peritoneum behind the tubes.
 
-Instruments push the clip aside. It weighs a twentieth of a gram, so its force on them is left out.
+A clip that lies there moves with the body, as in breathing. Instruments push the clip aside. It
+weighs a twentieth of a gram, so its force on them is left out.
 """
 
 from __future__ import annotations
@@ -20,17 +21,27 @@ GRAVITY_M_S2 = 9.81
 PUSHES = 3  # out of one instrument, then out of another
 
 
-def fall(clip: Clip, bed: LiverBed, step_s: float) -> Clip:
+def fall(clip: Clip, bed: LiverBed, offset_m: Array, moved_m: Array, step_s: float) -> Clip:
     """Return the clip after a step.
 
-    The clip keeps its orientation, falls past the tissue, and stays where it lands.
+    The clip keeps its orientation, falls past the tissue, and stays where it lands in the body.
+
+    Args:
+        clip: Any clip; only a lost clip moves.
+        bed: The liver bed, at its anatomical place.
+        offset_m: Offset (3,) of the body from that place.
+        moved_m: Motion (3,) of the body in the step.
+        step_s: Duration of the step.
     """
-    if clip.fall_m_s is None:
+    if not clip.lost:
         return clip
-    speed = clip.fall_m_s + GRAVITY_M_S2 * step_s
     T = clip.T_world_clip.copy()
+    if clip.fall_m_s is None:
+        T[:3, 3] += moved_m
+        return replace(clip, T_world_clip=T) if moved_m.any() else clip
+    speed = clip.fall_m_s + GRAVITY_M_S2 * step_s
     T[2, 3] -= speed * step_s
-    tip = T[:3, 3]
+    tip = T[:3, 3] - offset_m
     above_bed = tip - bed.point_m
     if above_bed @ bed.along > bed.edge_m and (height := above_bed @ bed.normal) < 0.0:
         T[:3, 3] -= height * bed.normal

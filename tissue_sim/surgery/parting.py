@@ -27,7 +27,14 @@ class Opening:
     station_m: float
 
 
-def part_ring(tubes: Tubes, tube: str, ring: int, given_way: NDArray[np.bool_]) -> bool:
+def part_ring(
+    tubes: Tubes,
+    tube: str,
+    ring: int,
+    given_way: NDArray[np.bool_],
+    *,
+    station_m: float | None = None,
+) -> bool:
     """Split the faces of a ring all of whose vertices have given way, and rewire the tissue.
 
     Args:
@@ -35,6 +42,7 @@ def part_ring(tubes: Tubes, tube: str, ring: int, given_way: NDArray[np.bool_]) 
         tube: The tube's name.
         ring: A ring that is neither the fixed ring nor within the sac.
         given_way: (1 + 2 sectors,), whether each vertex of the ring has given way.
+        station_m: Where the ring slides before it is split; None leaves it in place.
 
     Returns:
         False if nothing was split: no face has given way, or no spare vertex is left.
@@ -49,12 +57,13 @@ def part_ring(tubes: Tubes, tube: str, ring: int, given_way: NDArray[np.bool_]) 
     tets, parents = part_vertices(tissue.tets(b), severed, vertices.tolist(), n)
     if not 0 < len(parents) <= tissue.spare_vertices(b):
         return False
+    if station_m is not None:
+        tubes.slide_ring(tube, ring, station_m)
     tissue.duplicate(b, parents)
     tissue.tets(b)[:] = tets
     for k, parent in enumerate(parents):
         tubes.above[tube][ring, np.flatnonzero(vertices == parent)[0]] = n + k
     around = tissue.host("ring_above")[b, tubes.organ.hollow.index(tube), ring]
     around[:] = tubes.above[tube][ring, -len(around) :]
-    tissue.remove_loose_from_parts(b)
     tissue.rewire(b)
     return True

@@ -11,6 +11,7 @@ from tissue_sim.surgery.grasp import Grasp
 from tissue_sim.surgery.injury import Injury, LimitReading
 from tissue_sim.surgery.leak import Leak
 from tissue_sim.surgery.parting import Opening
+from tissue_sim.surgery.spill import Spill
 from tissue_sim.surgery.tear import Tear
 
 
@@ -25,6 +26,7 @@ class Record:
         pull: The test pull in progress.
         leaked_m3: Bile and blood lost so far.
         drained_m3: The gallbladder's share of the lost volume.
+        spilt: Where the lost volume came from, also of leaks that are closed now.
         bed_rest_n: Force of the gallbladder on the liver bed before the first contact.
         broken_limits: Names of the limits that are currently exceeded.
         peaks: For each event with a limit above 0, the reading nearest to or furthest beyond it.
@@ -41,6 +43,7 @@ class Record:
     leaks: tuple[Leak, ...] = ()
     leaked_m3: float = 0.0
     drained_m3: float = 0.0
+    spilt: tuple[Spill, ...] = ()
     bed_rest_n: float = 0.0
     injuries: tuple[Injury, ...] = ()
     broken_limits: frozenset[str] = frozenset()

@@ -17,7 +17,7 @@ from controller.diffusion.scene.places import FIRST, SECOND, Places
 from controller.expert.motion import CLEARANCE_M, FIRM_ROOM_M, OFF_CENTRE_M
 from tissue_sim.outcome.clip_rule import FEWEST_CLIPS, USUAL_CLIPS
 from tissue_sim.patient.at_risk import COMMON_DUCT, HEPATIC_ARTERY, RADIUS_M
-from tissue_sim.sensing.tissue_features import FAR_SCALE_M, NEAR_SCALE_M, duct_is_left
+from tissue_sim.sensing.tissue_features import FAR_SCALE_M, NEAR_SCALE_M, duct_is_left, tubes_there
 from tissue_sim.sensing.tube_rule import by_tube
 from tissue_sim.tools.arms import RIGHT_ARM
 from tissue_sim.tools.instruments import Instrument
@@ -28,12 +28,12 @@ ROOM_M = 0.001  # scale of the room beside a finger
 PARTS = 6  # samples between the points of a structure at risk
 
 
-def side_features(now: dict[str, Tensor], places: tuple[Places, Places]) -> list[Tensor]:
+def side_features(now: dict[str, Tensor], places: tuple[Places, ...]) -> list[Tensor]:
     """Return the places of the structures at risk from the right tool, and the free side.
 
     Args:
         now: Parts of `Observation.vector()`, batched (B, ...).
-        places: Places on both tubes.
+        places: Places on each of `TUBES`.
 
     Returns:
         Features (B, ...) of three kinds. The first are points of the structures in the tool's
@@ -44,9 +44,13 @@ def side_features(now: dict[str, Tensor], places: tuple[Places, Places]) -> list
     tip, lines_m = now["tips_endoscope"][:, RIGHT_ARM], lines_at_risk_m(now)
     off_tool = torch.einsum("bji,bnj->bni", tip[..., :3], lines_m - tip[:, None, :, 3])
     features = [off_tool / FAR_SCALE_M, torch.tanh(off_tool / NEAR_SCALE_M)]
+    there = tubes_there(now)[..., None, None]
     for k, on_tube in enumerate(places):
         spare_m = rooms_m(on_tube, tip[..., 2], now["tube_radius_m"][:, k], lines_m) - FIRM_ROOM_M
-        features += [torch.tanh(spare_m / ROOM_M), free_side(spare_m)]
+        features += [
+            there[:, k] * torch.tanh(spare_m / ROOM_M),
+            there[:, k, 0] * free_side(spare_m),
+        ]
     return features
 
 
@@ -57,8 +61,8 @@ def lines_at_risk_m(now: dict[str, Tensor]) -> Tensor:
     the branch draws the structure out, as in `controller.safety.seen_obstacles.trunk_line`.
     """
     left = duct_is_left(now)[:, None, None]
-    duct = torch.where(left, now["left_tube_m"], now["right_tube_m"])
-    artery = torch.where(left, now["right_tube_m"], now["left_tube_m"])
+    left_m, right_m, _ = now["tubes_m"].unbind(dim=1)
+    duct, artery = torch.where(left, left_m, right_m), torch.where(left, right_m, left_m)
     return torch.cat(
         [
             _drawn_out(now["common_bile_duct_m"], duct, RADIUS_M[COMMON_DUCT]),

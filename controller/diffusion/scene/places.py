@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from functools import partial
+from itertools import starmap
 from typing import NamedTuple
 
 import torch
@@ -29,7 +30,8 @@ from tissue_sim.sensing.tissue_features import (
     NEAR_SCALE_M,
     clips_along,
     closed_clips,
-    duct_is_left,
+    is_duct,
+    tubes_there,
 )
 from tissue_sim.sensing.tube_rule import by_tube
 from tissue_sim.tools.arms import RIGHT_ARM
@@ -80,20 +82,17 @@ class Kind(NamedTuple):
         return by_tube(self.is_duct, self.radius_m, rule)
 
 
-def places_on(now: dict[str, Tensor]) -> tuple[Places, Places]:
-    """Return the places on the left and on the right tube.
+def places_on(now: dict[str, Tensor]) -> tuple[Places, ...]:
+    """Return the places on each of `TUBES`; without a third tube its places mean nothing.
 
     Args:
         now: Parts of `Observation.vector()`, batched (B, ...).
     """
     closed = closed_clips(now)
-    left, lengths_m = duct_is_left(now)[:, None], now["rest_length_m"].clamp(min=1e-6)
-    left_m, right_m = lengths_m.split(1, dim=1)
-    left_r, right_r = now["tube_radius_m"].split(1, dim=1)
-    return (
-        _places(now["left_tube_m"], Kind(left_m, left, left_r), now["clips_m"], closed),
-        _places(now["right_tube_m"], Kind(right_m, ~left, right_r), now["clips_m"], closed),
-    )
+    parts = now["rest_length_m"].clamp(min=1e-6), is_duct(now), now["tube_radius_m"]
+    kinds = starmap(Kind, zip(*(part.split(1, dim=1) for part in parts), strict=True))
+    tubes = zip(now["tubes_m"].unbind(dim=1), kinds, strict=True)
+    return tuple(_places(tube_m, kind, now["clips_m"], closed) for tube_m, kind in tubes)
 
 
 def _places(tube_m: Tensor, kind: Kind, clips_m: Tensor, closed: Tensor) -> Places:
@@ -104,24 +103,24 @@ def _places(tube_m: Tensor, kind: Kind, clips_m: Tensor, closed: Tensor) -> Plac
     return Places(points_m, along, torch.cat([kind.length_m - m for m in needed], dim=1))
 
 
-def place_features(now: dict[str, Tensor], places: tuple[Places, Places]) -> list[Tensor]:
+def place_features(now: dict[str, Tensor], places: tuple[Places, ...]) -> list[Tensor]:
     """Return the places of clips and cut, from the right tip, coarse and fine, and spare lengths.
 
     Args:
         now: Parts of `Observation.vector()`, batched (B, ...).
-        places: Places on both tubes.
+        places: Places on each of `TUBES`.
 
     Returns:
-        Features (B, ...) of both tubes.
+        Features (B, ...) of all tubes; zeros without a third tube.
     """
     tip = now["tips_endoscope"][:, RIGHT_ARM]
     features = []
-    for on_tube in places:
-        off = on_tube.points_m - tip[:, None, :, 3]
+    for on_tube, there in zip(places, tubes_there(now).split(1, dim=1), strict=True):
+        off = there[..., None] * (on_tube.points_m - tip[:, None, :, 3])
         off_tool = torch.einsum("bji,bnj->bni", tip[..., :3], off)
         features += [
             off_tool / FAR_SCALE_M, torch.tanh(off_tool / NEAR_SCALE_M),
-            torch.tanh(off_tool / FINE_M), torch.tanh(on_tube.spare_m / SPARE_M),
+            torch.tanh(off_tool / FINE_M), there * torch.tanh(on_tube.spare_m / SPARE_M),
         ]  # fmt: skip
     return features
 

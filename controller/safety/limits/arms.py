@@ -12,8 +12,6 @@ import numpy as np
 
 from controller.safety.bounds import (
     ARMS,
-    EACH_JOINT,
-    JOINTS,
     NO_BOUNDS,
     Bounds,
     approach_share,
@@ -92,12 +90,11 @@ def tip_box(situation: Situation, most_m: Array) -> Bounds:
 def hold_remote_centre(situation: Situation) -> Bounds:
     """Keep the wrist inside, and stop an arm whose measured shaft is off its remote centre."""
     beside = situation.shaft_offset_m > MAX_OFFSET_M
-    if beside.any():
-        most = np.where(np.repeat(beside, 7), 0.0, np.inf)
-        return on_joints(-most, most)
+    least, most = np.full((2, 7), -np.inf), np.full((2, 7), np.inf)
     inserted = situation.start[:, _INSERTION]
-    least = np.minimum(INSERTION_AT_RCM_M + INSIDE_M - inserted, 0.0)
-    return at_least(EACH_JOINT[_INSERTION::7], least, JOINTS[_INSERTION::7])
+    least[:, _INSERTION] = np.minimum(INSERTION_AT_RCM_M + INSIDE_M - inserted, 0.0)
+    least[beside], most[beside] = 0.0, 0.0
+    return on_joints(least.ravel(), most.ravel())
 
 
 def keep_outer_shafts_apart(situation: Situation) -> Bounds:

@@ -16,7 +16,6 @@ from controller.action import ToolAction
 from controller.driver import Driver, rig_of
 from tissue_sim.constants import CONTROL_PERIOD_S
 from tissue_sim.frames import AWAY, RIGHT, Array, exponential, rotation_to_6d, unit
-from tissue_sim.patient.organ import TUBES
 from tissue_sim.tools.arms import LEFT_ARM, RIGHT_ARM, JointCommand
 from tissue_sim.tools.instruments import right_tools
 from tissue_sim.tools.psm import forward_kinematics
@@ -99,8 +98,8 @@ def storm(world: World, seed: int) -> Iterator[JointCommand]:
 
 
 def a_point_of_tissue(world: World, rng: np.random.Generator) -> Array:
-    """Draw a point (3,) on the current axis of duct, artery or sac, with equal chance."""
-    part = rng.choice([*TUBES, "sac"])
+    """Draw a point (3,) on the current axis of a tube or the sac, with equal chance."""
+    part = rng.choice([*world.organ.tubes, "sac"])
     sac = world.tissue.positions()[world.organ.sac_rings[:, 0]].astype(float)
     line = sac if part == "sac" else world.tubes.centres(part)
     return line[rng.integers(len(line))]

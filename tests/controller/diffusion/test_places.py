@@ -21,9 +21,11 @@ def seen(*clips_m: float, length_m: float = LENGTH_M) -> dict[str, Tensor]:
     """Return two drawn tubes, the left one the duct, with clips at stations of it."""
     now = fields(torch.zeros(1, VECTOR_SIZE))
     y = torch.linspace(0.0, STRETCH * length_m, TUBE_POINTS)
-    for name, x in (("left_tube_m", 0.0), ("right_tube_m", -0.012)):
-        now[name][0] = torch.stack([torch.full_like(y, x), y, torch.full_like(y, 0.09)], dim=1)
-    now["sac_m"][0, 0] = now["left_tube_m"][0, -1]
+    for tube, x in enumerate((0.0, -0.012)):
+        now["tubes_m"][0, tube] = torch.stack(
+            [torch.full_like(y, x), y, torch.full_like(y, 0.09)], dim=1
+        )
+    now["sac_m"][0, 0] = now["tubes_m"][0, 0, -1]
     now["rest_length_m"][:] = length_m
     now["tips_endoscope"][0, :, :, :3] = torch.eye(3)
     for k, station_m in enumerate(clips_m):
@@ -75,7 +77,7 @@ def test_places_do_not_depend_on_the_view() -> None:
     """Turn and move the scene and both tools together."""
     now, turned = seen(0.006, 0.011), seen(0.006, 0.011)
     R = torch.from_numpy(exponential(np.array([0.3, -0.8, 0.5]))).float()
-    for name in ("left_tube_m", "right_tube_m", "sac_m", "clips_m"):
+    for name in ("tubes_m", "sac_m", "clips_m"):
         turned[name][:] = now[name] @ R.T + 0.02
     turned["tips_endoscope"][..., :3] = R
     turned["tips_endoscope"][..., 3] = 0.02

@@ -3,6 +3,7 @@
 import numpy as np
 
 from controller.perception.graph import Shown
+from controller.perception.network import FLAGS
 from controller.perception.prior import Prior
 from tissue_sim.frames import Array, pose, unit
 from tissue_sim.sensing.glance import Picture
@@ -21,7 +22,7 @@ def prior(spread_m: float = 0.01) -> Prior:
         mean=points.ravel(),
         spread=spread_m**2 * np.eye(n),
         drift=0.001**2 * np.eye(n),
-        radius_m=np.full(2, 0.002),
+        radius_m=np.full(3, 0.002),
         sac_radius_m=np.full(5, 0.01),
     )
 
@@ -46,7 +47,7 @@ def shown(view: Picture, points: Array, rng: np.random.Generator) -> Shown:
         log_radius=np.zeros(N_LINE),
         dense=np.zeros((2, 100, 100)),
         offset=np.zeros((2, 2, 1, 1)),
-        flags=np.zeros(3),
+        flags=np.zeros(len(FLAGS)),
     )
 
 

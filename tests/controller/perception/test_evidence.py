@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 
 from controller.perception.evidence import find
 from controller.perception.graph import Shown
-from controller.perception.network import STRIDE
+from controller.perception.network import FLAGS, STRIDE
 from controller.perception.training import GROUPS, _offset_loss
 from tissue_sim.frames import pose
 from tissue_sim.sensing.glance import Picture
@@ -33,7 +33,7 @@ def shown(clip_px: np.ndarray) -> Shown:
     line = np.zeros(N_LINE)
     return Shown(
         pixels=np.zeros((N_LINE, 2)), log_sigma=line, inside=line, visible=line, log_radius=line,
-        dense=dense, offset=np.stack([off, off]), flags=np.zeros(3),
+        dense=dense, offset=np.stack([off, off]), flags=np.zeros(len(FLAGS)),
     )  # fmt: skip
 
 

@@ -5,10 +5,11 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from controller.perception.clips import Clips, tube_m
+from controller.perception.clips import EVIDENCE_PX, PLACED_M, Clips, tube_m
 from controller.perception.cuts import Cuts
-from controller.perception.fusion import Lines
+from controller.perception.fusion import SAME_LOOKS, Lines
 from controller.perception.graph import Shown
+from controller.perception.network import FLAGS
 from controller.perception.prior import Prior
 from tests.tissue_sim.kinds import POLYMER
 from tissue_sim.frames import Array, pose
@@ -20,17 +21,17 @@ from tissue_sim.tools.instruments import CLIP_APPLIER, GRASPER, SCISSORS
 
 @pytest.fixture
 def lines() -> Lines:
-    """Return two straight upright tubes 10 mm apart, seen well."""
+    """Return straight upright tubes 10 mm apart, seen well; the third is there if a test says."""
     points = np.zeros((N_LINE, 3))
-    points[:8, 1] = points[8:16, 1] = np.linspace(0.0, 0.021, 8)
-    points[8:, 0], points[16:, 1] = -0.01, 0.05
+    points[:24, 1] = np.tile(np.linspace(0.0, 0.021, 8), 3)
+    points[8:, 0], points[16:, 0], points[24:, 1] = -0.01, -0.02, 0.05
     n = 3 * N_LINE
     return Lines(
         Prior(
             mean=points.ravel(),
             spread=0.0005**2 * np.eye(n),
             drift=1e-8 * np.eye(n),
-            radius_m=np.full(2, 0.002),
+            radius_m=np.full(3, 0.002),
             sac_radius_m=np.full(5, 0.01),
         )
     )
@@ -75,7 +76,7 @@ def says(lines: Lines, tube: int, *, ends: bool) -> tuple[dict[str, Picture], di
         log_radius=known,
         dense=dense,
         offset=np.zeros((2, 2, 32, 32)),
-        flags=np.zeros(3),
+        flags=np.zeros(len(FLAGS)),
     )
     return {"view": picture}, {"view": view}
 
@@ -104,6 +105,23 @@ def test_a_clip_moves_with_its_tube(lines: Lines):
     assert clips.places(lines)[0][0, 0] - before[0] > 0.001
 
 
+def test_a_look_at_a_clip_counts_as_much_as_a_look_at_any_mark(lines: Lines):
+    """A clip's pixel errs by `SAME_LOOKS` standard deviations of one look, as all evidence does."""
+    place_m = np.array([0.0, 0.009, 0.0])  # at the fourth point of the left tube
+    clips = closed(lines, place_m)
+    pictures, shown = says(lines, 0, ends=False)
+    ((column, row),), _ = pictures["view"].project(place_m[None])
+    shown["view"].dense[0, int(row / 4), int(column / 4)] = 6.0
+
+    def along_m2() -> float:
+        return 3.0 * float(clips.places(lines)[1][0] - lines.variance_m2[3])
+
+    before_m2 = along_m2()
+    assert clips.look(pictures, shown, lines) == {0: True}
+    error_m2 = (SAME_LOOKS * EVIDENCE_PX * 0.1 / 200.0) ** 2 + PLACED_M**2
+    assert 1.0 / along_m2() - 1.0 / before_m2 == pytest.approx(1.0 / error_m2, rel=0.05)
+
+
 def test_changing_the_tool_is_no_clip(lines: Lines):
     clips = Clips()
     clips.step(glance(CLIP_APPLIER, np.zeros(3), loaded=True), lines, 1 / 30)
@@ -122,7 +140,17 @@ def test_scissors_that_close_on_a_tube_sever_it(lines: Lines):
     cuts, at = Cuts(), np.array([-0.01, 0.01, 0.0])
     for jaw_rad in (0.5, 0.0):
         cuts.step(glance(SCISSORS, at, jaw_rad=jaw_rad), lines)
-    assert cuts.severed.tolist() == [False, True]
+    assert cuts.severed.tolist() == [False, True, False]
+
+
+@pytest.mark.parametrize("n_tubes", [2, 3])
+def test_a_third_tube_is_cut_and_clipped_only_where_there_is_one(lines: Lines, n_tubes: int):
+    cuts, at, lines.n_tubes = Cuts(), np.array([-0.02, 0.01, 0.0]), n_tubes
+    for jaw_rad in (0.5, 0.0):
+        cuts.step(glance(SCISSORS, at, jaw_rad=jaw_rad), lines)
+    assert cuts.severed.tolist() == [False, False, n_tubes == 3]
+    place_m = closed(lines, at + np.array([0.0005, 0.0, 0.0])).places(lines)[0][0]
+    assert place_m[0] == pytest.approx(-0.02 if n_tubes == 3 else -0.0195, abs=2e-4)
 
 
 def test_scissors_that_close_elsewhere_or_were_never_open_sever_nothing(lines: Lines):
@@ -133,19 +161,19 @@ def test_scissors_that_close_elsewhere_or_were_never_open_sever_nothing(lines: L
     assert not cuts.severed.any()
 
 
-@pytest.mark.parametrize("tube", [0, 1])
+@pytest.mark.parametrize("tube", [0, 1, 2])
 @pytest.mark.parametrize("ends", [True, False])
 def test_pictures_refute_a_cut_that_failed_and_confirm_one_that_did_not(
     lines: Lines, tube: int, ends: bool
 ):
-    cuts = Cuts()
+    cuts, lines.n_tubes = Cuts(), 3
     for jaw_rad in (0.5, 0.0):
         cuts.step(glance(SCISSORS, np.array([-0.01 * tube, 0.01, 0.0]), jaw_rad=jaw_rad), lines)
     assert cuts.severed[tube]
     for _ in range(110):  # 11 s
         cuts.look(*says(lines, tube, ends=ends), lines)
     assert cuts.severed[tube] == ends
-    assert not cuts.severed[1 - tube]
+    assert cuts.severed.sum() == ends
 
 
 def test_a_cut_that_is_confirmed_is_not_forgotten(lines: Lines):
@@ -191,4 +219,4 @@ def test_blades_that_have_nearly_closed_sever_only_what_pictures_confirm(lines: 
     assert not cuts.severed.any()
     for _ in range(3):
         cuts.look(*says(lines, 0, ends=ends), lines)
-    assert cuts.severed.tolist() == [ends, False]
+    assert cuts.severed.tolist() == [ends, False, False]

@@ -12,6 +12,7 @@ import torch
 
 from controller.perception.checkpoint import CHECKPOINTS
 from controller.perception.network import N_WIDE
+from controller.perception.prior import fit_prior
 from controller.perception.training import (
     PRESETS,
     VIEWS,
@@ -20,14 +21,17 @@ from controller.perception.training import (
     train_view,
 )
 from planner.learning.optimise import fine_tuning
-from tissue_sim.sensing.observation import N_LINE, N_POINTS
+from tissue_sim.patient.anatomy import TUBES
+from tissue_sim.sensing.observation import N_LINE, N_POINTS, TUBE_POINTS, TUBE_ROWS
+from tissue_sim.sensing.picture_points import N_SHOWN
 
 SMOKE = PRESETS["smoke"]
 SIZE = (64, 96)  # height, width
-N_SHOWN = N_POINTS + 4  # with the ends of both cuts
 
 
-def pictures(path: Path, seed: int, frames: int = 6, size: tuple[int, int] = SIZE) -> Path:
+def pictures(
+    path: Path, seed: int, frames: int = 6, size: tuple[int, int] = SIZE, third: bool = True
+) -> Path:
     """Write made-up labelled frames, in which every point is a white dot at its place."""
     rng = np.random.default_rng(seed)
     pixels = rng.uniform(8.0, min(size) - 8.0, (frames, N_SHOWN, 2)).astype(np.float32)
@@ -37,9 +41,9 @@ def pictures(path: Path, seed: int, frames: int = 6, size: tuple[int, int] = SIZ
     columns = {
         "points_m": rng.normal(0.0, 0.01, (frames, N_POINTS, 3)).astype(np.float32),
         "there": np.ones((frames, N_SHOWN), bool),
-        "severed": np.zeros((frames, 2), bool),
-        "third_tube": np.zeros(frames),
-        "radius_m": np.full((frames, 2), 0.0015, np.float32),
+        "severed": np.zeros((frames, len(TUBES)), bool),
+        "third_tube": np.full(frames, float(third)),
+        "radius_m": np.tile(0.0015 * np.array([1.0, 1.0, third]), (frames, 1)),
         "sac_radius_m": np.full((frames, 5), 0.01, np.float32),
     }
     for view in VIEWS:
@@ -82,6 +86,15 @@ def no_zip(path: Path) -> None:
         np.save(file, np.zeros(3))
 
 
+def of_two_tubes(path: Path) -> None:
+    """Leave the points of the third tube out, as an older version did."""
+    with np.load(path) as file:
+        columns = dict(file)
+    rows = np.delete(np.arange(N_SHOWN), TUBE_ROWS["third"])
+    columns["there"] = columns["there"][:, rows]
+    np.savez(path, **columns)
+
+
 @pytest.mark.parametrize(
     "spoil",
     [
@@ -91,8 +104,9 @@ def no_zip(path: Path) -> None:
         lambda path: np.savez(path, header="a recording"),
         lambda path: pictures(path, 2, size=(32, 96)),
         no_zip,
+        of_two_tubes,
     ],
-    ids=["empty", "cut short", "text", "a recording", "smaller pictures", "one array"],
+    ids=["empty", "cut short", "text", "a recording", "smaller pictures", "one array", "two tubes"],
 )
 def test_a_file_without_labelled_frames_is_one_line(tmp_path: Path, spoil: Callable) -> None:
     files = [pictures(tmp_path / f"{seed}.npz", seed) for seed in (1, 2)]
@@ -129,6 +143,27 @@ def test_fine_tuning_moves_the_networks_and_keeps_the_prior(base: Path, tmp_path
     np.testing.assert_array_equal(after.prior().spread, before.prior().spread)
     weights = [next(m.networks[VIEWS[0]].parameters()) for m in (before, after)]
     assert not (weights[0] == weights[1]).all()
+
+
+def test_the_prior_places_a_third_tube_beside_the_others_where_few_patients_have_one(
+    tmp_path: Path,
+) -> None:
+    """Check that patients without one neither draw its place to zero nor make it too certain."""
+    third, usual = TUBE_ROWS["third"], slice(2 * TUBE_POINTS)
+    having = pictures(tmp_path / "third.npz", 6, frames=40)
+    others = [pictures(tmp_path / f"{k}.npz", k, frames=40, third=False) for k in range(3)]
+    with np.load(having) as file:
+        x = file["points_m"][:, :N_LINE].astype(float)
+    off_m = x[:, third] - x[:, usual].mean(axis=1, keepdims=True)
+    one, few = fit_prior([having]), fit_prior([having, *others])
+    mean = few.mean.reshape(N_LINE, 3)
+    np.testing.assert_allclose(mean[third] - mean[usual].mean(axis=0), off_m.mean(axis=0))
+    rows = slice(3 * third.start, 3 * third.stop)
+    ratio = np.diag(few.spread)[rows] / np.diag(one.spread)[rows]
+    assert ((ratio > 0.7) & (ratio < 1.4)).all()
+    assert np.linalg.eigvalsh(few.spread).min() > 0.0
+    assert np.linalg.eigvalsh(fit_prior(others).spread).min() > 0.0
+    np.testing.assert_allclose(few.radius_m, 0.0015, rtol=1e-6)
 
 
 def test_a_new_perception_has_the_prior_of_its_patients(base: Path, tmp_path: Path) -> None:

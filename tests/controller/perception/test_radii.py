@@ -6,10 +6,11 @@ import pytest
 from controller.perception.network import N_WIDE
 from controller.perception.radii import Radii
 from tests.controller.perception.ideal_views import EYES, prior, shown
-from tissue_sim.sensing.observation import N_LINE
+from tissue_sim.sensing.observation import N_LINE, TUBE_POINTS
 
 LOOKS = 40
-TRUE_M = np.concatenate([np.full(8, 0.0012), np.full(8, 0.0031), np.linspace(0.006, 0.012, 5)])
+TUBES_M = [0.0012, 0.0031, 0.0009]
+TRUE_M = np.concatenate([np.repeat(TUBES_M, TUBE_POINTS), np.linspace(0.006, 0.012, 5)])
 
 
 def looked(*, visible: bool = True, error: float = 0.0, looks: int = LOOKS) -> Radii:
@@ -30,9 +31,9 @@ def looked(*, visible: bool = True, error: float = 0.0, looks: int = LOOKS) -> R
     return radii
 
 
-def test_radii_of_both_tubes_and_of_the_gallbladder_are_found():
+def test_radii_of_all_tubes_and_of_the_gallbladder_are_found():
     radii = looked()
-    assert radii.tubes_m == pytest.approx([0.0012, 0.0031], rel=0.05)
+    assert radii.tubes_m == pytest.approx(TUBES_M, rel=0.05)
     assert radii.sac_m == pytest.approx(np.linspace(0.006, 0.012, 5), rel=0.1)
 
 

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from controller.safety.clips_seen import crowded_by_clips, lacking_clips
-from tests.planner.observations import clipped
+from tests.planner.observations import clipped, third_tube
 from tests.tissue_sim.kinds import SLIM_APPLIER
 from tissue_sim.outcome.clip_rule import needed_m
 from tissue_sim.patient.at_risk import AT_RISK
@@ -22,8 +22,8 @@ def of_length(length_m: float, *, std_m: float) -> Observation:
     seen = clipped(left=2)
     return replace(
         seen,
-        rest_length_m=np.array([length_m, seen.rest_length_m[1]]),
-        rest_length_std_m=np.full(2, std_m),
+        rest_length_m=np.array([length_m, *seen.rest_length_m[1:]]),
+        rest_length_std_m=np.full(3, std_m),
     )
 
 
@@ -32,6 +32,12 @@ def test_a_cut_needs_three_clips_on_a_long_tube_and_two_on_a_short_one():
     assert lacking(clipped(left=2)) == {"duct", "artery"}
     assert lacking(of_length(needed_m("duct", SLIM_APPLIER) - 0.001, std_m=0.0)) == {"artery"}
     assert lacking(clipped(left=1)) == {"duct", "artery"}
+
+
+def test_a_third_tube_that_is_there_needs_its_clips_too():
+    seen = clipped(left=3, right=3)
+    assert lacking(third_tube(seen, 2)) == {"second artery"}
+    assert lacking(third_tube(seen, 3)) == set()
 
 
 @pytest.mark.parametrize(("std_m", "demanded"), [(0.0, True), (0.0006, False)])

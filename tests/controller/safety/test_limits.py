@@ -129,6 +129,17 @@ def test_an_arm_whose_shaft_is_beside_its_remote_centre_holds_and_the_other_does
         assert not keeps(bounds, joint(row, -1e-6))
 
 
+def test_the_wrist_stays_inside_also_beside_an_arm_whose_shaft_is_off_its_port():
+    start = HOME.copy()
+    start[:, INSERTION] = INSERTION_AT_RCM_M + INSIDE_M
+    for off in (LEFT_ARM, RIGHT_ARM):
+        offset_m = np.where(np.arange(2) == off, MAX_OFFSET_M + 1e-6, 0.0)
+        bounds = hold_remote_centre(situation(start=start, shaft_offset_m=offset_m))
+        other = INSERTION + 7 * (1 - off)
+        assert keeps(bounds, joint(other, 0.01))
+        assert not keeps(bounds, joint(other, -1e-6))
+
+
 def test_the_wrist_stays_inside_the_body_and_may_come_in():
     least_m = INSERTION_AT_RCM_M + INSIDE_M
     for inserted_m, out_m in ((0.09, 0.09 - least_m), (least_m, 0.0), (0.02, 0.0)):

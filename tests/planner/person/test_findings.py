@@ -18,7 +18,7 @@ CLIP = Instruction(task=TASKS[3])
 
 
 def duct_cut(right=0):
-    return replace(clipped(3, right), severed=np.array([True, False]))
+    return replace(clipped(3, right), severed=np.array([True, False, False]))
 
 
 @pytest.mark.parametrize("duct", ["left", "right"])
@@ -41,7 +41,7 @@ def test_the_confidence_is_how_often_points_with_that_error_show_the_same_side()
     for _ in range(4000):
         shown = {
             name: getattr(truly, name) + std_m * rng.normal(size=getattr(truly, name).shape)
-            for name in ("left_tube_m", "right_tube_m", "sac_m")
+            for name in ("tubes_m", "sac_m")
         }
         right.append(duct_side(replace(truly, **shown)) == "left")
     assert 0.9 < told < 0.99
@@ -134,7 +134,7 @@ def with_right_tip(seen, tip_m):
 )
 def test_where_a_structure_is_is_told_from_the_tip_in_the_endoscopes_directions(off_m, way):
     seen = clipped()
-    seen = with_right_tip(seen, seen.right_tube_m[3] + off_m)
+    seen = with_right_tip(seen, seen.tube_m("right")[3] + off_m)
     told = answer("where", CLIP, seen, "artery")
     assert told == f"The artery is {way.split()[0]} mm from the right tip: {way}."
 
@@ -154,13 +154,13 @@ def test_what_is_left_is_what_is_not_seen_to_be_done():
     assert texts[0] == "clipping third clip left tube"
     assert len(texts) == 12
     after = task_from_text("go back from the cut right tube")
-    done = replace(at_work(3, 3, back=True), severed=np.array([True, True]))
+    done = replace(at_work(3, 3, back=True), severed=np.array([True, True, False]))
     assert tasks_left(after, done) == []
     assert answer("left", Instruction(task=after), done).startswith("No step is left")
 
 
 def test_a_short_tube_has_fewer_steps_left():
-    short = replace(clipped(), rest_length_m=np.array([0.014, 0.028]))
+    short = replace(clipped(), rest_length_m=np.array([0.014, 0.028, 0.0]))
     assert len(tasks_left(TASKS[1], short)) == len(tasks_left(TASKS[1], clipped())) - 2
 
 

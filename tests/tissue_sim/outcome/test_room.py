@@ -19,14 +19,15 @@ from tissue_sim.outcome.clip_rule import (
     needed_m,
     spacing_m,
 )
-from tissue_sim.outcome.predicates import untouched
-from tissue_sim.outcome.room import CROSSES, MUST_DEAL, why_call
+from tissue_sim.outcome.predicates import procedure_flags, untouched
+from tissue_sim.outcome.room import why_call
 from tissue_sim.patient.anatomy import Anatomy
 from tissue_sim.patient.organ import TUBES
 from tissue_sim.patient.textbook import textbook_from_seed
 from tissue_sim.patient.variants import variant
 from tissue_sim.surgery.clip import latch
 from tissue_sim.surgery.cut import BLADE_LENGTH_M, sever
+from tissue_sim.surgery.injuries import wrongly_clipped, wrongly_cut
 from tissue_sim.surgery.injury import Injury
 from tissue_sim.thresholds import CLIP_MIN_GAP_M, CUFF_MIN_M
 from tissue_sim.tools.arms import JointCommand
@@ -161,15 +162,20 @@ def test_the_reason_names_both_lengths() -> None:
 
 
 @pytest.mark.parametrize("name", ["artery-in-front", "artery-behind"])
-def test_a_person_is_called_where_the_artery_crosses_the_duct(name: str) -> None:
-    assert why_call(variant(name, textbook_from_seed(SEED))) == CROSSES
+def test_nobody_is_called_only_because_the_artery_crosses_the_duct(name: str) -> None:
+    assert why_call(variant(name, textbook_from_seed(SEED))) is None
 
 
-def test_a_second_artery_is_a_reason_beside_a_short_tube() -> None:
-    two = variant("two-arteries", patient(duct_length_m=0.0062, duct_diameter_m=0.003))
-    assert why_call(variant("two-arteries", patient())) == MUST_DEAL
-    assert (why_call(two) or "").endswith(MUST_DEAL)
-    assert (why_call(two) or "").startswith("The duct is 6.2 mm")
+def test_a_second_artery_is_a_reason_only_if_it_is_too_short() -> None:
+    two = variant("two-arteries", patient())
+    assert why_call(two) is None
+    assert two.second_artery is not None
+    least_m = needed_m("second artery", SLIM_APPLIER, FEWEST_CLIPS)
+    short = replace(two, second_artery=replace(two.second_artery, length_m=least_m - HAIR_M))
+    assert (why_call(short) or "").startswith("The second artery is ")
+    both = why_call(replace(short, duct_length_m=0.0062, duct_diameter_m=0.003)) or ""
+    assert both.startswith("The duct is 6.2 mm")
+    assert "The second artery is " in both
 
 
 def test_nothing_irreversible_is_done_until_a_clip_holds_tissue(world: World) -> None:
@@ -191,20 +197,19 @@ def test_a_cut_or_an_injury_cannot_be_undone(world: World) -> None:
     assert not untouched(world)
 
 
-def test_a_cut_beside_a_second_artery_overlooks_it_once(world: World) -> None:
-    assert "second artery overlooked" not in events(world)
-    cut(world, "artery")
-    assert events(world).count("second artery overlooked") == 1
+def test_the_parts_of_the_procedure_include_a_second_artery_that_is_there(world: World) -> None:
+    third = {f"third clip {k}" for k in (1, 2, 3)} | {"third cut"}
+    assert third <= set(procedure_flags(world))
+    world.reset(textbook_from_seed(SEED))
+    assert not third & set(procedure_flags(world))
 
 
-def test_a_clipped_second_artery_is_not_overlooked(world: World) -> None:
+def test_a_clip_or_a_cut_on_a_second_artery_that_is_not_meant_is_an_injury(world: World) -> None:
     clip(world, "second artery")
-    cut(world, "artery")
-    assert "second artery overlooked" not in events(world)
-
-
-def test_one_artery_cannot_be_overlooked(one_world: World) -> None:
-    one_world.reset(textbook_from_seed(SEED))
-    cut(one_world, "artery")
-    assert "leak" in events(one_world)
-    assert "second artery overlooked" not in events(one_world)
+    on_it = world.record.clips[-1]
+    assert [r.event for r in wrongly_clipped(on_it, "artery")] == ["clip on second artery"]
+    assert not list(wrongly_clipped(on_it, "second artery"))
+    cut(world, "second artery")
+    cuts = world.record.cuts
+    assert [r.event for r in wrongly_cut(cuts, "artery", None)] == ["cut on second artery"]
+    assert not list(wrongly_cut(cuts, "second artery", None))

@@ -116,11 +116,7 @@ def test_sac_and_tubes_are_one_connected_part_each(organs: dict[int, Organ]) -> 
 
 
 def test_tubes_have_the_length_and_width_of_the_anatomy(organs: dict[int, Organ]) -> None:
-    """Measure the length along the rings' centres.
-
-    They are inscribed in a bow. Its arc has the wanted length up to the next term of its series,
-    slack^2.
-    """
+    """Measure the length along the rings' centres, which lie on a bow."""
     for seed, organ in organs.items():
         patient = anatomy_from_seed(seed)
         for tube in TUBES:
@@ -129,7 +125,7 @@ def test_tubes_have_the_length_and_width_of_the_anatomy(organs: dict[int, Organ]
             rings = organ.rings[tube][: organ.neck_ring[tube] + 1]
             centres = organ.vertices[rings[:, 0]]
             spacing = np.linalg.norm(np.diff(centres, axis=0), axis=1)
-            assert spacing.sum() == pytest.approx(length, rel=2 * slack**2 + 1e-3)
+            assert spacing.sum() == pytest.approx(length, rel=1e-12)
             straight = np.linalg.norm(centres[-1] - centres[0])
             assert straight == pytest.approx(length * (1 - slack), rel=1e-9)
             assert spacing.max() < 1.25 * RING_SPACING_M  # a bow is longer at its ends

@@ -24,7 +24,7 @@ ROOTS_M = 0.012  # around a trunk, whose ligament closes over it
 
 PATIENTS = [
     *(textbook_from_seed(seed) for seed in (3, 10003, 10008)),
-    *(anatomy_from_seed(seed) for seed in (10007, 10011, 10014, 10016)),
+    *(anatomy_from_seed(seed) for seed in (10004, 10011, 10024, 10027)),
 ]
 
 

@@ -23,6 +23,7 @@ from tissue_sim.frames import (
     transform,
     unit,
 )
+from tissue_sim.patient.anatomy import Tube
 from tissue_sim.patient.organ import INFUNDIBULUM_M, INFUNDIBULUM_SEGMENTS
 from tissue_sim.patient.textbook import textbook_from_seed
 from tissue_sim.sensing.observation import MAX_CLIPS, SAC_POINTS, TUBE_POINTS, Observation
@@ -47,12 +48,9 @@ def in_world(world: World, points_endoscope: Array) -> Array:
     return transform(world.T_world_endoscope, points_endoscope)
 
 
-def tube_points(world: World, side: str) -> Array:
+def tube_points(world: World, side: Tube) -> Array:
     """Return the points (8, 3) of the tube that is seen on this side, in the world frame."""
-    observation = world.observe()
-    return in_world(
-        world, {"left": observation.left_tube_m, "right": observation.right_tube_m}[side]
-    )
+    return in_world(world, world.observe().tube_m(side))
 
 
 # --- tubes and sac ---
@@ -109,7 +107,7 @@ def test_points_of_the_sac_go_up_the_axis_of_the_infundibulum(world: World) -> N
 def test_left_and_right_are_as_the_endoscope_sees_them(world: World) -> None:
     observation = world.observe()
     assert (
-        observation.left_tube_m[:, 0].mean() > observation.right_tube_m[:, 0].mean()
+        observation.tube_m("left")[:, 0].mean() > observation.tube_m("right")[:, 0].mean()
     )  # +x is to the left
     assert observation.tips_endoscope[LEFT_ARM, 0, 3] > observation.tips_endoscope[RIGHT_ARM, 0, 3]
 
@@ -240,9 +238,12 @@ def test_another_place_of_the_endoscope_moves_all_that_is_seen_alike(world: Worl
     moved = pose(exponential(np.array([0.3, -0.5, 0.8])), np.array([0.02, -0.01, 0.03]))
     world.T_world_endoscope = world.T_world_endoscope @ inverse_pose(moved)
     after = world.observe()
-    for name in ("left_tube_m", "right_tube_m", "sac_m"):
+    for name in ("sac_m", "common_bile_duct_m"):
         expected = transform(moved, getattr(before, name))
         np.testing.assert_allclose(getattr(after, name), expected, atol=1e-12)
+    for tube in before.tubes:
+        expected = transform(moved, before.tube_m(tube))
+        np.testing.assert_allclose(after.tube_m(tube), expected, atol=1e-12)
     n = before.n_clips
     np.testing.assert_allclose(after.clips_m[:n], transform(moved, before.clips_m)[:n], atol=1e-12)
     assert not after.clips_m[n:].any()

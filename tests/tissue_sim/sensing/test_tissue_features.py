@@ -89,14 +89,17 @@ def test_lengths_along_the_tube_are_those_at_rest(stretch):
     torch.testing.assert_close(along_tube(TUBE_M * out, REST_M, drawn, tip * out), slack)
 
 
-def straight(chord_share, apart_m=0.02, traction_n=0.0, pinch_n=0.0):
-    """Return parts in which two straight tubes are this share of their length at rest long."""
+def straight(chord_share, apart_m=0.02, traction_n=0.0, pinch_n=0.0, third=False):
+    """Return parts in which straight tubes are this share of their length at rest long."""
     now = fields(torch.zeros(1, VECTOR_SIZE))
     y = torch.linspace(0.0, 0.02, TUBE_POINTS)
-    for name, x in (("left_tube_m", 0.0), ("right_tube_m", apart_m)):
-        now[name][0] = torch.stack([torch.full_like(y, x), y, torch.full_like(y, 0.09)], dim=1)
+    for k, x in enumerate((0.0, apart_m, 2.0 * apart_m)[: 2 + third]):
+        now["tubes_m"][0, k] = torch.stack(
+            torch.broadcast_tensors(torch.tensor(x), y, torch.tensor(0.09)), dim=1
+        )
+    now["third_tube"][:] = third
     now["rest_length_m"][:] = 0.02 / chord_share
-    now["tube_radius_m"][:] = torch.tensor([0.001, 0.0015])
+    now["tube_radius_m"][:] = torch.tensor([0.001, 0.0015, 0.0])
     now["forces_n"][:, LEFT_ARM, 1] = traction_n
     now["pinch_n"][:] = pinch_n
     return now
@@ -109,9 +112,15 @@ def test_what_a_grasp_lacks_is_zero_where_the_judge_is_just_content(beyond):
         SPREAD_MIN_M + 0.0025 + 0.001 * beyond,
         GRASP_MIN_TRACTION_N + 0.05 * beyond,
         HELD_PINCH_N + 0.1 * beyond,
+        third=True,
     )
     for feature in grasp_features(now):
         assert (torch.sign(feature.round(decimals=4)) == beyond).all()
+
+
+def test_without_a_third_tube_it_lacks_nothing():
+    taut, *_ = grasp_features(straight(TAUT_MIN - 0.01))
+    assert (torch.sign(taut) == torch.tensor([[-1.0, -1.0, 0.0]])).all()
 
 
 @pytest.mark.parametrize("apart_m", [0.004, 0.008, 0.016])

@@ -16,6 +16,7 @@ from tests.tissue_sim.patients import (
 from tests.tissue_sim.verification.bodies import EPS
 from tests.tissue_sim.verification.clip_closure import clip_closure
 from tissue_sim.frames import Array, unit
+from tissue_sim.mechanics.layout import SPARE_PARTS
 from tissue_sim.mechanics.topology import components
 from tissue_sim.patient.mesher import signed_volumes
 from tissue_sim.patient.organ import TUBES
@@ -266,18 +267,38 @@ def test_the_leak_of_a_half_closed_clip_follows_from_its_opening() -> None:
     assert shares[0] > shares[-1]
 
 
-def test_a_piece_cut_out_of_a_tube_is_loose_though_a_strand_holds_it() -> None:
+@pytest.mark.parametrize("spare_parts", [SPARE_PARTS, 0])
+def test_a_piece_cut_out_of_a_tube_is_loose_though_a_strand_holds_it(spare_parts: int) -> None:
+    """Check also where all parts of the preconditioner are in use: then no new piece gets one."""
     tubes = settled(3)
     tissue, length_m = tubes.tissue, tubes.length_m["duct"]
+    tissue.host("n_part")[0] += SPARE_PARTS - spare_parts
     middle = len(tubes.below["duct"]) // 2
     ends = np.array([[tubes.below["duct"][middle, -1], tubes.below["artery"][middle, -1]]])
     tissue.add_links(0, ends, rest_m=np.array([0.02]), stiffness=20.0, strength_n=1.0)
     for share in (0.25, 0.75):
         cut_at(tubes, "duct", share * length_m)
-    part = tissue.host("part")[0]
-    assert (part[tubes.below["duct"][middle]] == -1).all()  # no rigid part, no contact with the sac
-    assert (part[tubes.below["duct"][1]] >= 0).all()
-    assert (part[tubes.below["artery"][middle]] >= 0).all()
+    part, held = tissue.host("part")[0], tissue.host("held")[0]
+    assert (part[tubes.below["duct"][middle]] == -1).all()  # no rigid part
+    assert not held[tubes.below["duct"][middle]].any()  # and no contact with the sac
+    others = [tubes.below["duct"][1], tubes.above["duct"][-3], tubes.below["artery"][middle]]
+    assert held[np.concatenate(others)].all()
+    top = max(tubes.severed_rings("duct"))
+    assert held[tubes.above["duct"][top]].all()
+    assert (part[tubes.above["duct"][top]] >= 0).all() == (spare_parts > 0)
+
+
+def test_a_stump_is_loose_once_its_ties_to_the_sac_have_broken() -> None:
+    tubes = settled(3)
+    tissue = tubes.tissue
+    cut_at(tubes, "duct", 0.5 * tubes.length_m["duct"])
+    (ring,) = tubes.severed_rings("duct")
+    assert tissue.host("held")[0][tubes.above["duct"][ring]].all()
+    tissue.host("tie_strength")[0, tubes.tie_rows["duct"]] = 0.0
+    tissue.step()
+    assert not tissue.host("held")[0][tubes.above["duct"][ring]].any()
+    assert (tissue.host("part")[0][tubes.above["duct"][ring]] == -1).all()
+    assert tissue.host("held")[0][tubes.below["duct"][ring]].all()
 
 
 def test_of_two_cuts_only_the_outer_stumps_leak() -> None:

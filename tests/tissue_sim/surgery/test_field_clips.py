@@ -9,14 +9,17 @@ from controller.kinematics import inverse_kinematics
 from tests.tissue_sim.kinds import POLYMER
 from tests.tissue_sim.patients import retention_n
 from tests.tissue_sim.verification.bodies import astride
-from tissue_sim.frames import AWAY, Array, inverse_pose
+from tissue_sim.frames import AWAY, UP, Array, inverse_pose
 from tissue_sim.outcome import nurse
 from tissue_sim.outcome.predicates import clip_placed, stumps_hold
 from tissue_sim.outcome.retention import CLAMP_RINGS, pull_all_clips
 from tissue_sim.patient.at_risk import HEPATIC_ARTERY
 from tissue_sim.patient.organ import TUBES
 from tissue_sim.patient.textbook import textbook_from_seed
-from tissue_sim.surgery.clip import Clip, latch
+from tissue_sim.patient.tubes import Tubes
+from tissue_sim.surgery import events as record_events
+from tissue_sim.surgery.clip import Clip, grip_n, latch
+from tissue_sim.surgery.clip_slip import Pull, apply_pull
 from tissue_sim.surgery.cut import BLADE_LENGTH_M, sever
 from tissue_sim.surgery.leak import leaks
 from tissue_sim.surgery.loose_clip import GRAVITY_M_S2, PERITONEUM_AWAY_M
@@ -54,8 +57,12 @@ def on_tube(world: World, tube: str, beyond_m: float = 0.5 * POLYMER.length_m) -
 
 
 def bring_artery_to_duct(world: World, gap_m: float, towards: Array) -> None:
-    """Put the artery's middle beside the duct's, with this gap, and hold its root there."""
-    world.tissue.host("tie_stiffness")[0, world.tubes.root_rows[HEPATIC_ARTERY]] = 0.0
+    """Put the artery's middle beside the duct's, with this gap, and hold its root there.
+
+    The artery is free of trunk and gallbladder, which would pull it back at once.
+    """
+    ties = world.tissue.host("tie_stiffness")[0]
+    ties[world.tubes.root_rows[HEPATIC_ARTERY]] = ties[world.tubes.tie_rows["artery"]] = 0.0
     world.tissue.host("fixed")[0, world.tubes.below["artery"][0]] = 1
     points = [world.tubes.point(t, 0.4 * world.tubes.length_m[t])[0] for t in TUBES]
     apart = gap_m + sum(world.tubes.radius_m(t) for t in TUBES)
@@ -123,24 +130,54 @@ def clipped_and_cut(world: World, cuff_m: float) -> None:
     world.step(HOME)
 
 
-def test_after_a_cut_under_a_clips_edge_the_clip_is_on_its_own_stump(world: World) -> None:
-    at = world.tubes.stations_m["duct"][7]
+def cut_under_a_clip(world: World) -> None:
+    """Close scissors under the edge of a clip on the duct."""
+    at = world.tubes.stations_m["duct"][8]
     T = astride(world.tubes, "duct", at + 0.0008, beyond_m=0.5 * POLYMER.length_m)
     clip = latch(world.tubes, T, POLYMER, number=1, time_s=0.0)
-    assert 7 in clip.rings[0]
+    assert 8 in clip.rings[0]
     world.record = replace(world.record, clips=(clip,))
     for _ in range(10):
         world.step(HOME)
     world.equip("scissors")
-    T = astride(world.tubes, "duct", at, beyond_m=BLADE_LENGTH_M / 2)
+    T = astride(world.tubes, "duct", at + 0.0004, beyond_m=BLADE_LENGTH_M / 2)
     joints = put_right_tool(world, T, jaw_rad=0.9)
     for jaw_rad in np.linspace(0.9, -0.3, 30):
         joints[RIGHT_ARM, 6] = jaw_rad
         world.step(JointCommand(joints=joints), intended="duct")
+
+
+def test_after_a_cut_under_a_clips_edge_the_clip_is_on_its_own_stump(world: World) -> None:
+    cut_under_a_clip(world)
     (cut,), (clip,) = world.record.cuts, world.record.clips
-    assert cut.ring == 7
+    assert cut.ring == 8
     assert cut.station_m < clip.crossings[0].station_m
     assert set(world.tubes.above["duct"][cut.ring]) <= set(clip.vertices)
+
+
+def test_a_push_in_the_step_of_a_cut_under_the_clip_meets_its_present_grip(
+    world: World, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Push a little in every step; the strands broke, so the cut gives the springs their rows."""
+
+    def push(tubes: Tubes, clips: tuple[Clip, ...]) -> list[tuple[Clip, Array]]:
+        if clips and not tubes.severed_rings("duct").size:
+            tubes.tissue.host("link_stiffness")[0, : min(clips[0].links)] = 0.0
+        return [(clip, 1e-3 * UP) for clip in clips if not clip.lost]
+
+    met, present = [], []
+
+    def pulled(tubes: Tubes, clip: Clip, pull: Pull, step_s: float) -> Clip:
+        met.append(pull.grip_n)
+        present.append(grip_n(tubes, clip))
+        return apply_pull(tubes, clip, pull, step_s)
+
+    monkeypatch.setattr(record_events, "pushes_n", push)
+    monkeypatch.setattr(record_events, "apply_pull", pulled)
+    cut_under_a_clip(world)
+    assert world.record.cuts
+    assert min(present) > 0.0
+    assert met == present
 
 
 def test_the_test_pull_does_not_move_good_clips(world: World) -> None:
@@ -236,6 +273,30 @@ def test_a_clip_dropped_over_the_liver_lands_on_its_bed(world: World) -> None:
     (clip,) = world.record.clips
     assert clip.fall_m_s is None
     assert abs((clip.T_world_clip[:3, 3] - bed.point_m) @ bed.normal) < 1e-9
+    lay_m = clip.T_world_clip[:3, 3]
+    for k in range(1, 8):  # the liver rises in a breath, and the clip on it
+        offset_m = 1e-3 * k * UP
+        world.shift_body(offset_m)
+        world.step(HOME)
+        (clip,) = world.record.clips
+        np.testing.assert_allclose(clip.T_world_clip[:3, 3], lay_m + offset_m, atol=1e-12)
+    world.step(HOME)  # at rest again
+    assert world.record.clips[0] is clip
+
+
+def test_a_clip_dropped_over_a_displaced_liver_lands_on_it_there(world: World) -> None:
+    bed, offset_m = world.organ.bed, 0.004 * AWAY
+    world.shift_body(offset_m)
+    world.step(HOME)
+    T = world.arms.T_world_tool()[RIGHT_ARM]
+    T[:3, 3] = bed.point_m + offset_m + 0.002 * bed.normal + 0.05 * bed.along
+    world.drop_clip()
+    world.record = replace(world.record, clips=(replace(world.record.clips[0], T_world_clip=T),))
+    for _ in range(30):
+        world.step(HOME)
+    (clip,) = world.record.clips
+    assert clip.fall_m_s is None
+    assert abs((clip.T_world_clip[:3, 3] - offset_m - bed.point_m) @ bed.normal) < 1e-9
 
 
 def test_a_restored_clip_continues_its_fall(world: World) -> None:

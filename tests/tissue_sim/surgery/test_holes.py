@@ -8,13 +8,15 @@ import pytest
 from tests.tissue_sim.hands import poke
 from tests.tissue_sim.kinds import POLYMER
 from tests.tissue_sim.verification.bodies import astride
-from tissue_sim.frames import Array, unit
+from tissue_sim.frames import UP, Array, unit
 from tissue_sim.patient.at_risk import BRANCHES, COMMON_DUCT
 from tissue_sim.patient.material import WALL_THICKNESS_M
 from tissue_sim.patient.walls import n_sectors, patch_corners
+from tissue_sim.rendering.drawn_leaks import leak_surfaces
 from tissue_sim.surgery.clip import latch
 from tissue_sim.surgery.flow import FlowSegment, outflow_m3_s
 from tissue_sim.surgery.leak import FLUIDS, PRESSURE_PA, Leak, root_leaks
+from tissue_sim.surgery.spill import APART_M, spilt_more
 from tissue_sim.thresholds import PIERCED_M
 from tissue_sim.tools.arms import HOME_JOINTS, JointCommand
 from tissue_sim.world import World
@@ -63,6 +65,39 @@ def test_a_branch_that_is_torn_off_leaks_from_the_trunk_and_from_itself(
     assert {i.event for i in world.record.injuries} >= {"leak", f"tear of {branch} from {trunk}"}
     root = world.tissue.positions()[world.organ.rings[branch][0, 0]]
     assert np.linalg.norm(world.tubes.root_m(trunk) - root) < 0.01
+
+
+def test_what_was_spilt_stays_where_it_was_when_the_leak_is_closed(world: World) -> None:
+    """Close the leak by mending the root; the pool moves with the body."""
+    stiffness = world.tissue.host("tie_stiffness")
+    whole = stiffness.copy()
+    tear_off(world, COMMON_DUCT)
+    for _ in range(3):
+        world.step(HOLD)
+    r = world.record
+    assert {s.structure for s in r.spilt} == {leak.structure for leak in r.leaks}
+    assert sum(s.volume_m3 for s in r.spilt) == pytest.approx(r.leaked_m3)
+    (hole,) = (s for s in r.spilt if s.structure == COMMON_DUCT)
+    assert np.linalg.norm(hole.place_m - world.tubes.root_m(COMMON_DUCT)) < APART_M
+    stiffness[:] = whole
+    world.step(HOLD)
+    assert world.record.leaks == ()
+    assert world.record.spilt == r.spilt
+    pools = leak_surfaces(world)
+    assert set(pools) == {s.structure for s in r.spilt}
+    world.body.offset_m = 0.003 * UP
+    for name, moved in leak_surfaces(world).items():
+        np.testing.assert_allclose(moved.points, pools[name].points + 0.003 * UP, atol=1e-9)
+
+
+def test_liquid_from_openings_far_apart_is_remembered_apart() -> None:
+    leak = Leak(structure="duct", side="body", ring=3, rate_m3_s=2e-7)
+    places_m = [np.zeros(3), 0.5 * APART_M * UP, 3.0 * APART_M * UP]
+    spilt = ()
+    for place_m in places_m:
+        spilt = spilt_more(spilt, [leak], [place_m], 0.5)
+    assert [s.volume_m3 for s in spilt] == pytest.approx([2e-7, 1e-7])
+    np.testing.assert_array_equal([s.place_m for s in spilt], [places_m[0], places_m[2]])
 
 
 def test_a_root_that_is_half_torn_leaks_less(world: World) -> None:
