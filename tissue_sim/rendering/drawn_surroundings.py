@@ -81,7 +81,7 @@ def depth_behind_m(anatomy: Anatomy, u: Array, v: Array) -> Array:
 
 @lru_cache(maxsize=8)
 def _behind(anatomy: Anatomy) -> tuple[Organ, list[tuple[KDTree, Array]]]:
-    """Return the organ, and the places, right and up, and depths of sheet's and lobe's points, m."""
+    """Return the organ, and places (right, up) and depths of the sheet's and lobe's points, m."""
     organ = build_organ(anatomy)
     drawn = surroundings(organ, anatomy)
     points = [drawn[name][0].points for name in ("peritoneum", "liver:lobe")]
