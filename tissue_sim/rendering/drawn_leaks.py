@@ -1,8 +1,8 @@
-"""Draw leaking bile and blood: a spot on the opening, falling drops, and a growing pool.
+"""Draw leaking bile and blood: a spot on the opening, falling drops, and a film that stays.
 
 A drop contains the volume that leaks until the next drop falls, so its size shows the rate. From an
-artery's open root the drops spurt with the pulse. What was spilt at a place lies in a pool below
-it, also after the leak is closed.
+artery's open root the drops spurt with the pulse. What was spilt at a place spreads from there down
+over the ligament and what lies behind, also after the leak is closed. The film hides them.
 """
 
 from __future__ import annotations
@@ -26,11 +26,12 @@ PERIOD_S = 0.8
 MAX_RADIUS_M = 0.003  # larger drops break up
 PULSE_S = 0.8  # 75 beats a minute
 SPURT_M = 0.016  # assumed: reach of a spurt at the height of the pulse
-POOL_DEPTH_M = 0.0015  # assumed: thickness of liquid on peritoneum
-POOL_BELOW_M = 0.016  # below the opening, in the endoscope's picture
-_POOL_RINGS, _POOL_SECTORS = 12, 36
+FILM_DEPTH_M = 0.0008  # assumed: thickness of liquid on peritoneum, in the film's middle
+FILM_LENGTH = 1.6  # assumed: of the film, downwards, over a round film of the same volume
+RAGGED = 0.10  # of its radius, by which the film's edge comes and goes
+_FILM_RINGS, _FILM_SECTORS = 14, 48
 _BILE = Look(colour=(0.22, 0.22, 0.02), roughness=0.2, specular=0.8, film=1.0)
-_BLOOD = Look(colour=(0.36, 0.005, 0.005), roughness=0.2, specular=0.8, film=1.0)
+_BLOOD = Look(colour=(0.24, 0.004, 0.004), roughness=0.2, specular=0.8, film=1.0)
 LEAK_LOOKS = {
     "duct": _BILE,
     "gallbladder": _BILE,
@@ -65,7 +66,7 @@ def leak_surfaces(field: Field) -> dict[str, Surface]:
     for leak in field.record.leaks:
         wet.setdefault(leak.structure, []).append(_wet(field, leak))
     for spill in field.record.spilt:
-        wet.setdefault(spill.structure, []).append(_pool(field, spill))
+        wet.setdefault(spill.structure, []).append(film(field, spill))
     return {structure: joined(surfaces) for structure, surfaces in wet.items()}
 
 
@@ -95,22 +96,27 @@ def _spurt_m(field: Field, leak: Leak) -> Array:
     return SPURT_M * pulse * unit(end - before)
 
 
-def _pool(field: Field, spill: Spill) -> Surface:
-    """Build a pool of a spill's volume below its opening, on the surface behind."""
+def film(field: Field, spill: Spill) -> Surface:
+    """Build the film of a spill's volume from its opening downwards, on the surface behind."""
     share, turn = np.meshgrid(
-        np.linspace(0.02, 1.0, _POOL_RINGS), np.linspace(0.0, 2.0 * np.pi, _POOL_SECTORS)
+        np.linspace(0.02, 1.0, _FILM_RINGS), np.linspace(0.0, 2.0 * np.pi, _FILM_SECTORS)
     )
-    radius_m = pool_radius_m(spill.volume_m3) * share * (1.0 + 0.12 * np.sin(3.0 * turn))
-    u = spill.place_m @ RIGHT + radius_m * np.cos(turn)
-    v = spill.place_m @ UP - POOL_BELOW_M + radius_m * np.sin(turn)
-    depth = depth_behind_m(field.anatomy, u, v) - POOL_DEPTH_M * np.sqrt(1.0 - share**2)
+    wide_m, high_m = film_radii_m(spill.volume_m3)
+    ragged = 1.0 + RAGGED * np.sin(3.0 * turn + 1.0) + 0.6 * RAGGED * np.sin(7.0 * turn)
+    u = spill.place_m @ RIGHT + wide_m * share * ragged * np.cos(turn)
+    v = spill.place_m @ UP - high_m + high_m * share * ragged * np.sin(turn)
+    depth = depth_behind_m(field.anatomy, u, v) - FILM_DEPTH_M * np.sqrt(1.0 - share**2)
     points = u[..., None] * RIGHT + v[..., None] * UP + depth[..., None] * AWAY
     return sheet(points[:, ::-1] + field.body.offset_m, TILE_M)
 
 
-def pool_radius_m(volume_m3: float) -> float:
-    """Return the radius of half an ellipsoid of this volume, `POOL_DEPTH_M` thick in its middle."""
-    return float(np.sqrt(volume_m3 / (2.0 / 3.0 * np.pi * POOL_DEPTH_M)))
+def film_radii_m(volume_m3: float) -> tuple[float, float]:
+    """Return the half width and half height of half an ellipsoid of this volume.
+
+    It is `FILM_DEPTH_M` thick in its middle, and its upper end is at the opening.
+    """
+    round_m = float(np.sqrt(volume_m3 / (2.0 / 3.0 * np.pi * FILM_DEPTH_M)))
+    return round_m / np.sqrt(FILM_LENGTH), round_m * np.sqrt(FILM_LENGTH)
 
 
 def drop_radius_m(rate_m3_s: float) -> float:

@@ -16,6 +16,7 @@ from tissue_sim.patient.organ import Organ, build_organ
 from tissue_sim.patient.surroundings import liver_points, relief_rng
 from tissue_sim.rendering.backdrop import duodenum, liver_look, lobe, peritoneum, sheet_look
 from tissue_sim.rendering.drawing import Drawn, Surface
+from tissue_sim.rendering.drawn_ligament import ligament_depth
 from tissue_sim.rendering.shapes import drop, sheet
 from tissue_sim.rendering.textures import TILE_M, Look
 
@@ -66,24 +67,26 @@ def surroundings(organ: Organ, anatomy: Anatomy) -> dict[str, tuple[Surface, Loo
 
 
 def depth_behind_m(anatomy: Anatomy, u: Array, v: Array) -> Array:
-    """Return the depth of the surface behind the tubes, at places right and up in the field, m."""
-    depths = []
-    for places, depth in _behind(anatomy):
+    """Return the depth of the surface behind the tubes, at places right and up in the field, m.
+
+    It is the ligament at rest, the peritoneum or the liver's lobe, whichever is nearest.
+    """
+    organ, surfaces = _behind(anatomy)
+    depths = [ligament_depth(organ, u, v)[0]]
+    for places, depth in surfaces:
         away, which = places.query(np.stack([u, v], axis=-1), k=4)
         depths.append(np.average(depth[which], axis=-1, weights=1.0 / (np.asarray(away) + 1e-5)))
-    return np.minimum(*depths)
+    return np.min(depths, axis=0)
 
 
 @lru_cache(maxsize=8)
-def _behind(anatomy: Anatomy) -> tuple[tuple[KDTree, Array], tuple[KDTree, Array]]:
-    """Return the places, right and up, and the depths of the points of sheet and lobe, m."""
-    drawn = surroundings(build_organ(anatomy), anatomy)
-    sheet_points, lobe_points = drawn["peritoneum"][0].points, drawn["liver:lobe"][0].points
+def _behind(anatomy: Anatomy) -> tuple[Organ, list[tuple[KDTree, Array]]]:
+    """Return the organ, and places (right, up) and depths of the sheet's and lobe's points, m."""
+    organ = build_organ(anatomy)
+    drawn = surroundings(organ, anatomy)
+    points = [drawn[name][0].points for name in ("peritoneum", "liver:lobe")]
     flat = np.stack([RIGHT, UP], axis=1)
-    return (
-        (KDTree(sheet_points @ flat), sheet_points @ AWAY),
-        (KDTree(lobe_points @ flat), lobe_points @ AWAY),
-    )
+    return organ, [(KDTree(p @ flat), p @ AWAY) for p in points]
 
 
 def _inside_out(surface: Surface) -> Surface:

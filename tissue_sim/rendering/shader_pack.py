@@ -1,9 +1,10 @@
 """Edit SAPIEN's own shader pack 'minimal' at run time for an endoscope.
 
 The pack has no image-based lighting (an environment map and a table that take seconds to prepare),
-so the first picture comes at once. It adds the clear film of liquid on tissue and the reflection of
-tissue in steel. It also adds a filmic tone curve in place of clipping, softened edges, and
-positions in micrometres instead of millimetres.
+so the first picture comes at once. It adds the clear film of liquid on tissue and tools, and the
+reflection of tissue in steel. Short shadows are found in the depth picture. It also adds a filmic
+tone curve in place of clipping, softened edges, dark corners, and positions in micrometres instead
+of millimetres.
 
 A clear surface lets through a share of the pixels behind it, in a fine pattern ("interleaved
 gradient noise", Jimenez, 2014) that the softened edges blur. Its share is the material's
@@ -68,7 +69,7 @@ _BUMP = """\
   vec3 normal = normalize(mix(normalize(inTbn[2]), rippled, BLURRED));
 """.replace("BLURRED", str(BLURRED_RELIEF))
 _FILM = """\
-  float film = 1.0 - materialBuffer.emission.a;
+  float film = max(1.0 - materialBuffer.emission.a, min(1.2 * metallic, 0.8));  // wet tools
   if (film > 0.0) {  // water's reflection of the lamp: GGX, with what it is near the mirror angle
     vec3 l = world2camera(vec4(sceneBuffer.pointLights[0].position.xyz, 1.f)).xyz - csPosition.xyz;
     vec3 across = normalize(normalize(l) + camDir);
@@ -81,6 +82,12 @@ _FILM = """\
 """
 _OUTLINE = """\
   vec3 camDir = -normalize(csPosition.xyz);
+  if (metallic > 0.0) {  // drops and smears of liquid on a tool
+    vec3 q = 1100.0 * objectCoord;
+    vec3 smear = sin(q.yzx + 1.7 * sin(0.61 * q)) + 0.6 * sin(2.3 * q.zxy + 2.0 * sin(1.3 * q));
+    rippled = normalize(rippled + 0.16 * smear);
+    normal = normalize(normal + 0.05 * smear);
+  }
   // At an outline the surface's back shows and light grazes: bend the normal towards the eye.
   normal = normalize(normal + max(0.3 - dot(normal, camDir), 0.0) * camDir);
 """
@@ -93,7 +100,7 @@ _METAL = """\
   vec3 diffuseAlbedo = albedo.rgb * (1 - metallic) * (1 - metallic);
   // Steel mirrors the lit tissue ahead of the endoscope, and the dark behind it.
   float ahead = smoothstep(-0.5, 0.7, reflect(camDir, normal).z);
-  vec3 mirrored = metallic * albedo.rgb * mix(vec3(0.02), vec3(0.32, 0.25, 0.23), ahead);
+  vec3 mirrored = metallic * albedo.rgb * mix(vec3(0.05), vec3(0.32, 0.25, 0.23), ahead);
 """
 _FILMIC = """\
   float peak = max(max(color.r, color.g), max(color.b, 1e-4));  // by the peak: keeps the hue
@@ -143,9 +150,45 @@ vec3 smoothed() {
   return luma(wide) < low || luma(wide) > high ? narrow : wide;
 }
 
+const int LOOKS = 4;
+const float FIRST_M = 0.0006, STEP_M = 0.0022;  // of the way to the lamp: up to 9 mm
+const float FARTHEST_M = 0.15;  // from the camera: farther shadows are smaller than a pixel
+const float SHADE = 0.5;  // assumed: what remains is light that tissue reflects
+
+float up(vec2 uv) {  // of the surface in a pixel: along the camera's z axis, which points back
+  mat4 m = cameraBuffer.projectionMatrixInverse;
+  float depth = texture(samplerGbufferDepth, uv).x;
+  return (m[2][2] * depth + m[3][2]) / (m[2][3] * depth + m[3][3]);
+}
+
+// Does something seen lie before the lamp? "Contact shadows": a short walk over the depth picture.
+float lit() {
+  vec2 ray = (2.0 * inUV - 1.0)
+    * vec2(cameraBuffer.projectionMatrixInverse[0][0], cameraBuffer.projectionMatrixInverse[1][1]);
+  float z = up(inUV);
+  if (z < -FARTHEST_M) return 1.0;
+  vec3 here = vec3(-z * ray, z);
+  vec3 lamp = (cameraBuffer.viewMatrix * vec4(sceneBuffer.pointLights[0].position.xyz, 1.0)).xyz;
+  vec3 way = normalize(lamp - here);
+  vec4 start = cameraBuffer.projectionMatrix * vec4(here, 1.0);
+  vec4 ahead = cameraBuffer.projectionMatrix * vec4(way, 0.0);
+  float chance = fract(52.9829189 * fract(dot(gl_FragCoord.xy, vec2(0.06711056, 0.00583715))));
+  float far_m = FIRST_M + chance * STEP_M, shadow = 0.0;  // by chance: no bands
+  for (int k = 0; k < LOOKS; ++k) {
+    vec4 clip = start + far_m * ahead;
+    float before = up(0.5 + 0.5 * clip.xy / clip.w) - z - far_m * way.z;  // nearer to the camera
+    float hit = smoothstep(0.0007, 0.0018, before) * (1.0 - smoothstep(0.009, 0.014, before));
+    shadow = max(shadow, hit * (1.0 - float(k) / float(LOOKS + 2)));
+    far_m += STEP_M;
+  }
+  return 1.0 - SHADE * shadow;
+}
+
 void main() {
   vec2 off = 2.0 * inUV - 1.0;
-  outColor = vec4(smoothed() * (1.0 - 0.22 * dot(off, off)), 1.0);
+  float aside = dot(off, off);
+  float vignette = 1.0 - 0.18 * aside - 0.08 * aside * aside;
+  outColor = vec4(smoothed() * (lit() * vignette), 1.0);
 }
 """
 

@@ -42,9 +42,9 @@ class Finish:
     roughness: float
 
 
-COMPOSITE = Finish(rgb=(0.035, 0.037, 0.042), metallic=0.0, roughness=0.45)
-STEEL = Finish(rgb=(0.62, 0.63, 0.66), metallic=0.55, roughness=0.32)
-DARK_STEEL = Finish(rgb=(0.20, 0.20, 0.22), metallic=0.5, roughness=0.4)
+COMPOSITE = Finish(rgb=(0.055, 0.057, 0.062), metallic=0.2, roughness=0.4)
+STEEL = Finish(rgb=(0.56, 0.57, 0.60), metallic=0.72, roughness=0.28)
+DARK_STEEL = Finish(rgb=(0.20, 0.20, 0.22), metallic=0.6, roughness=0.4)
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -9,7 +9,7 @@ from scipy.ndimage import uniform_filter
 
 from tests.tissue_sim.kinds import POLYMER
 from tissue_sim import environment
-from tissue_sim.frames import AWAY, Array, inverse_pose, pose, transform, unit
+from tissue_sim.frames import AWAY, RIGHT, UP, Array, inverse_pose, pose, transform, unit
 from tissue_sim.patient.textbook import textbook_from_seed
 from tissue_sim.patient.walls import n_patches, patch_corners
 from tissue_sim.rendering.renderer import renderer_available
@@ -203,11 +203,33 @@ def test_drops_show_the_rate() -> None:
     assert fast == pytest.approx(2.0 * slow)
 
 
-def test_a_pool_holds_what_has_leaked() -> None:
-    from tissue_sim.rendering.drawn_leaks import POOL_DEPTH_M, pool_radius_m
+def test_a_film_holds_what_has_leaked() -> None:
+    from tissue_sim.rendering.drawn_leaks import FILM_DEPTH_M, film_radii_m
 
-    volume_m3, radius_m = 5e-6, pool_radius_m(5e-6)
-    assert 4.0 / 3.0 * np.pi * radius_m**2 * 0.5 * POOL_DEPTH_M == pytest.approx(volume_m3)
+    volume_m3 = 5e-6
+    wide_m, high_m = film_radii_m(volume_m3)
+    assert 4.0 / 3.0 * np.pi * wide_m * high_m * 0.5 * FILM_DEPTH_M == pytest.approx(volume_m3)
+
+
+def test_a_film_runs_down_from_its_opening_over_the_ligament_and_stays(world: World) -> None:
+    from tissue_sim.rendering.drawn_leaks import FILM_DEPTH_M, film, leak_surfaces
+    from tissue_sim.rendering.drawn_ligament import ligament_depth
+    from tissue_sim.surgery.spill import Spill
+
+    before = world.endoscope_rgb().astype(int)
+    spill = Spill(structure="artery", place_m=world.tubes.point("artery", 0.002)[0], volume_m3=3e-7)
+    world.record = replace(world.record, spilt=(spill,))
+    assert not world.record.leaks
+    points = film(world, spill).points
+    ups = points @ UP
+    assert abs(ups.max() - spill.place_m @ UP) < 0.3 * np.ptp(ups)
+    depth, _ = ligament_depth(world.organ, points @ RIGHT, ups)
+    assert (points @ AWAY <= depth + 1e-9).all()  # before what it lies on
+    assert (points @ AWAY).min() > depth.min() - 2.0 * FILM_DEPTH_M
+    assert set(leak_surfaces(world)) == {"artery"}
+    after = world.endoscope_rgb().astype(int)
+    redder = (after[..., 1] < 0.7 * before[..., 1]) & (after[..., 0] > 2 * after[..., 1])
+    assert redder.sum() > 300
 
 
 def test_drawn_clip_embraces_the_tube_it_is_on(world: World) -> None:
