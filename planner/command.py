@@ -9,13 +9,13 @@ from typing import Literal
 
 from planner.correction import CORRECTIONS, Correction
 from planner.procedure.cholecystectomy import TASKS
-from planner.procedure.task import Task, Tube
+from planner.procedure.task import Task
+from tissue_sim.patient.anatomy import TUBES, USUAL_TUBES, Tube
 
 Word = Literal["stop", "pause", "resume", "repeat", "undo", "next step", "let go"]
-Structure = Literal["duct", "artery"]
+Structure = Literal["duct", "artery", "second artery"]
 Deed = Literal["clip", "cut"]
-STRUCTURES: tuple[Structure, ...] = ("duct", "artery")
-TUBES: tuple[Tube, ...] = ("left", "right")
+STRUCTURES: tuple[Structure, ...] = ("duct", "artery")  # named instead of left and right tube
 DEEDS: tuple[Deed, ...] = ("clip", "cut")
 WORDS: tuple[Word, ...] = ("stop", "pause", "resume", "repeat", "undo", "next step", "let go")
 
@@ -57,7 +57,9 @@ class Command:
 
 def tube_where(structure: Structure, duct: Tube) -> Tube:
     """Return the tube of a structure; `duct` is the duct's tube."""
-    return next(tube for tube in TUBES if (tube == duct) == (structure == "duct"))
+    if structure == "second artery":
+        return "third"
+    return next(tube for tube in USUAL_TUBES if (tube == duct) == (structure == "duct"))
 
 
 def _of_structures() -> Iterator[Command]:

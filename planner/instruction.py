@@ -46,6 +46,8 @@ class Instruction:
 
     Attributes:
         task: The current task.
+        tool: Name of the right tool for the task, chosen by a person, or by what the task's tube
+            needs; "" before the choice.
         correction: The motion requested now. Its text replaces the task's text, because the
             controller of SRT-H gets one string only.
         source: The source of the instruction.
@@ -68,6 +70,7 @@ class Instruction:
     """
 
     task: Task
+    tool: str = ""
     correction: Correction | None = None
     source: Source = "planner"
     confidence: float = 1.0

@@ -24,7 +24,9 @@ from planner.procedure.task import Task
 from planner.scene.in_words import scene_in_words
 from tissue_sim.outcome.clip_rule import needed_m
 from tissue_sim.sensing.observation import Observation
+from tissue_sim.tools.instruments import appliers
 
+SMALL, LARGE = appliers()
 ATTEMPTS = 3  # at an answer that can be followed
 REMEMBERED = 8  # past instructions that are repeated in each question
 NONE = "none"
@@ -40,7 +42,7 @@ SCHEMA: dict[str, Any] = {
     "required": ["reason", "task", "correction", "confidence"],
     "additionalProperties": False,
 }
-"""The JSON schema of an answer: the closed set of 17 tasks and 18 corrections."""
+"""The JSON schema of an answer: the closed set of 25 tasks and 18 corrections."""
 
 SYSTEM = f"""\
 You are the surgeon who directs a two-armed robot through the clipping and cutting of a \
@@ -48,15 +50,16 @@ gallbladder removal. Once a second you are told what is seen, and say what to do
 arm holds a grasper, the right arm a clip applier or scissors; an assistant changes the right tool \
 when the task needs another and the arm is back.
 
-The tasks in their order, the left tube first:
+The tasks in their order, the left tube first; those of the third tube only where one is seen:
 {chr(10).join(f"{task.index}. {task.text}" for task in TASKS)}
 
-A tube below {1e3 * needed_m("duct"):.0f} mm (the duct) or {1e3 * needed_m("artery"):.0f} mm (the \
-artery) has no room for three clips: leave its second clip out.
+A tube of up to 4 mm across takes small clips. Below {1e3 * needed_m("duct", SMALL):.0f} mm (the \
+duct) or {1e3 * needed_m("artery", SMALL):.0f} mm (the artery) it has no room for three: leave its \
+second clip out. A wider tube takes large clips, three from {1e3 * needed_m("duct", LARGE):.0f} mm.
 
 Task 1 is done when the grasper has held the gallbladder for a second and both tubes are pulled \
 straight. A clip is done when it is seen on its tube; going back, when the right tip is at least \
-15 mm from both tubes; a cut, when the tube is in two parts. Say a task until it is done, then the \
+15 mm from all tubes; a cut, when the tube is in two parts. Say a task until it is done, then the \
 next. Where a clip or a cut has not succeeded after {PATIENCE_S:g} s, say the going back that \
 follows it, then the task again.
 

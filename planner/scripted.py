@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING
 from planner.base import MOST_TRIES, PATIENCE_S, failed_too_often
 from planner.instruction import Instruction
 from planner.policy_setup import PolicySetup, privileged
-from planner.procedure.cholecystectomy import CHOLECYSTECTOMY
-from planner.procedure.outcomes import is_needed, task_over, why_call
+from planner.procedure.cholecystectomy import CHOLECYSTECTOMY, duct_first
+from planner.procedure.outcomes import has_tube, is_needed, task_over, why_call
 from planner.procedure.procedure import Procedure
 from planner.procedure.task import Task
 from tissue_sim.outcome.predicates import gallbladder_held, right_arm_back, untouched
@@ -25,7 +25,8 @@ class PlannerScripted:
     When a clip or a cut has not succeeded within `PATIENCE_S`, the planner requests a retraction,
     and then the same task again. When the gallbladder has slipped out of the grasper, the planner
     requests a retraction and another grab. After `MOST_TRIES` it gives up and calls for a person.
-    On a tube without room for three clips it leaves the second clip out. An anatomy that it cannot
+    On a tube without room for three clips it leaves the second clip out, and the third tube's tasks
+    where there is none. An anatomy that it cannot
     treat (`why_call`) is left to a person before the first clip.
     """
 
@@ -46,11 +47,13 @@ class PlannerScripted:
         """
         self.hears_of_success = hears_of_success
         self._world, self._procedure = world, procedure
-        self._order = tuple(order) or procedure.tasks
+        self._given_order = tuple(order)
         self.reset()
 
     def reset(self) -> None:
-        """Start at the first task."""
+        """Start at the first task; tasks of tubes that are not there are left out."""
+        order = self._given_order or self._usual_order()
+        self._order = [task for task in order if has_tube(task, self._world.anatomy)]
         self._index = self._furthest = 0
         self._since_s, self._tries = 0.0, 1
         self._backing_off = False
@@ -71,6 +74,13 @@ class PlannerScripted:
             self._backing_off = self._slipped() or now_s - self._since_s > PATIENCE_S
         said = self._order[self._index + 1 if self._backing_off else self._index]
         return Instruction(task=said, time_s=now_s)
+
+    def _usual_order(self) -> tuple[Task, ...]:
+        """Return the procedure's tasks; the duct comes first where the artery crosses it."""
+        anatomy = self._world.anatomy
+        if not anatomy.artery_crosses or self._procedure is not CHOLECYSTECTOMY:
+            return self._procedure.tasks
+        return duct_first("right" if anatomy.structure("right") == "duct" else "left")
 
     def _why_call(self, task: Task) -> str | None:
         """Return the reason why a person must be called now; None if there is no reason."""

@@ -41,7 +41,7 @@ VARIANTS: dict[str, str] = {
     "artery-in-front": "the artery crosses in front of the duct, to the far side of the neck",
     "artery-behind": "the artery crosses behind the duct, to the far side of the neck",
     "low-insertion": "a long cystic duct beside the common hepatic duct, which it joins low",
-    "two-arteries": "a second, thinner artery behind, with which a person must deal",
+    "two-arteries": "a second, thinner artery behind, which is clipped and cut too",
     "fat": "fat and connective tissue left between duct, artery and gallbladder",
     "swapped": "the artery on the left of the duct",
 }

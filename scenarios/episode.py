@@ -22,12 +22,12 @@ from controller.holding import Holding
 from controller.kept_place import KeptPlace
 from controller.tool_place import ToolPlace
 from planner.base import PLANNING_PERIOD_S, Planner, hears_of_success
-from planner.command import TUBES
 from planner.instruction import Instruction
 from planner.language.reading import Reading
 from planner.person.override import PlannerOverridden
 from planner.procedure.outcomes import structure_of, task_done
 from planner.scene.predicates import is_back
+from planner.scene.tool_choice import ToolChoice
 from scenarios.catalogue import procedure_named
 from scenarios.loop.episode_config import EpisodeConfig
 from scenarios.loop.guarded_driver import GuardedDriver
@@ -87,6 +87,7 @@ class Episode:
             safety_filter=self.config.safety_filter,
         )
         self._tool_place, self._kept_place, self._holding = ToolPlace(), KeptPlace(), Holding()
+        self._tools = ToolChoice()
         self._pictures = Pictures(self.config.cameras)
         self._begun = False
         self._back_since_s = math.inf  # all is cut and the arm is back
@@ -131,7 +132,7 @@ class Episode:
         self.controller.reset()
         self._override = PlannerOverridden(self.planner, self.procedure)
         self._override.reset()
-        self._instruction = self._plan()
+        self._follow(self._plan())
         self._begun = True
 
     def _plan(self) -> Instruction:
@@ -170,10 +171,11 @@ class Episode:
         )
 
     def _follow(self, instruction: Instruction) -> None:
-        """Adopt an instruction; a new one drops the running chunk at once."""
+        """Adopt an instruction with its tool; a new one drops the running chunk at once."""
         if instruction.text != self._instruction.text:
             self._chunk.clear()
-        self._instruction = instruction
+        tool = instruction.tool or self._tools.tool(instruction.task, self.observation)
+        self._instruction = replace(instruction, tool=tool)
 
     def _has_news(self, step: Step) -> bool:
         """Return whether a task of the planner succeeded, and the planner is informed of success.
@@ -228,7 +230,7 @@ class Episode:
         """
         said, seen, kept = self._instruction, self.observation, self._kept_place
         waits = said.hold or kept.moves or kept.stays
-        needed = nurse.is_needed(seen, said.task.right_tool, clip=said.task.places_clip)
+        needed = nurse.is_needed(seen, said.tool, clip=said.task.places_clip)
         return needed and not waits and nurse.has_room(seen)
 
     def _exchange(self) -> Iterator[Step]:
@@ -236,7 +238,7 @@ class Episode:
         self._chunk.clear()
         self._kept_place.forget()
         self._override.exchanging = True
-        for command in nurse.exchange(self.world, self._instruction.task.right_tool, joints):
+        for command in nurse.exchange(self.world, self._instruction.tool, joints):
             self._hear()
             if self._instruction.hold:  # the rest of the exchange follows after the hold
                 break
@@ -302,7 +304,7 @@ class Episode:
         too_long = self.tasks.results[task.index].time_s > self.config.task_cap_s
         if step.instruction.call or too_long or self._held_s > MOST_HELD_S:
             return True
-        severed: dict[str, bool] = dict(zip(TUBES, observation.severed, strict=True))
+        severed: dict[str, bool] = {t: observation.is_severed(t) for t in observation.tubes}
         ends = self.procedure.may_end_with(task, severed) and is_back(observation)
         self._back_since_s = min(self._back_since_s, step.time_s) if ends else math.inf
         return step.time_s - self._back_since_s >= STAYS_BACK_S - 1e-9

@@ -55,9 +55,9 @@ from tissue_sim.sensing.cameras import (
 from tissue_sim.sensing.observation import Observation
 from tissue_sim.sensing.segmentation import CLASSES, classes_of_entities
 from tissue_sim.state_tensors import flat, state_from_tensors, state_to_tensors
-from tissue_sim.tools.arms import RIGHT_ARM, JointCommand
+from tissue_sim.tools.arms import JointCommand
 from tissue_sim.tools.drives import physics_system
-from tissue_sim.tools.instruments import INSTRUMENTS, SCISSORS
+from tissue_sim.tools.instruments import INSTRUMENTS
 from tissue_sim.world import World, WorldConfig
 
 ENVIRONMENT_ID = "Calot-Cholecystectomy-v1"
@@ -349,7 +349,7 @@ class CholecystectomyEnv(BaseEnv):
             "tips_endoscope": _row(now.tips_endoscope[:, :3]),
             "forces_n": _row(now.forces_n),
             "clip_loaded": _row([now.clip_loaded]),
-            "scissors": _row([now.tools[RIGHT_ARM] == SCISSORS]),
+            "right_tool": _row(now.right_tool),
         }
         return extra | _exact_tissue(now) if self.obs_mode_struct.use_state else extra
 
@@ -419,7 +419,7 @@ def _told_if_no_window(render_mode: str | None) -> Iterator[None]:
 
 
 def _exact_tissue(now: Observation) -> dict[str, torch.Tensor]:
-    names = ("left_tube_m", "right_tube_m", "sac_m", "clips_m", "n_clips", "severed")
+    names = ("tubes_m", "third_tube", "sac_m", "clips_m", "n_clips", "severed")
     return {name: _row(getattr(now, name)) for name in names}
 
 

@@ -17,7 +17,6 @@ from tissue_sim.patient.tubes import Tubes
 from tissue_sim.surgery.clip import Clip, T_world_clip
 from tissue_sim.surgery.record import Conditions, Record
 from tissue_sim.tools.arms import Arms
-from tissue_sim.tools.instruments import CLIP_LENGTH_M
 
 
 @dataclass(kw_only=True, eq=False, repr=False)
@@ -59,7 +58,7 @@ class Field:
         """
         T = T_world_clip(self.tubes, clip)
         if not clip.vertices:
-            return T[:3, 3] - 0.5 * CLIP_LENGTH_M * T[:3, 2]
+            return T[:3, 3] - 0.5 * clip.kind.length_m * T[:3, 2]
         return transform(T, np.mean([c.point_m for c in clip.crossings], axis=0))
 
     def tool_forces_n(self) -> Array:

@@ -58,8 +58,10 @@ PINCH_MAX_N = 15.0
 et al., Surgical Endoscopy 18, 2004, p. 974-979)."""
 TRACTION_MAX_N = 5.0
 """Pull at which those pinches were measured (the same paper); larger pulls were not tested."""
-CRUSH_MAX_N = 2.5
-"""500 kPa over 5 mm^2, a tube's area under the jaws (assumed). Damage to bowel begins at about 500
+CRUSHED_M2 = 5e-6
+"""Assumed: area of a tube, or of a fold of the gallbladder's wall, under the jaws."""
+CRUSH_MAX_N = 500e3 * CRUSHED_M2
+"""500 kPa over that area. Damage to bowel begins at about 500
 kPa (BMJ Surgery, Interventions & Health Technologies 2021, 000084). Tips of graspers reach 210 to
 650 kPa (Cartmill et al., Australian and New Zealand Journal of Surgery 69, 1999, p. 127-130)."""
 MAX_STRETCH = 1.27

@@ -30,7 +30,7 @@ from tissue_sim.surgery.events import record_step
 from tissue_sim.surgery.record import Conditions, Record
 from tissue_sim.tools.arms import HOME_JOINTS, RIGHT_ARM, Arms, JointCommand
 from tissue_sim.tools.drives import physics_system
-from tissue_sim.tools.instruments import CLIP_APPLIER, INSTRUMENTS
+from tissue_sim.tools.instruments import CLIP_APPLIER, INSTRUMENTS, clip_of
 from tissue_sim.world_state import copied, require_state
 
 SETTLE_STEPS = 45
@@ -216,8 +216,8 @@ class World(Field):
         r = self.record
         if not r.clip_loaded:
             return
-        T = self.arms.T_world_tool()[RIGHT_ARM]
-        clip = dropped_clip(T, number=len(r.clips) + 1, time_s=r.time_s)
+        T, kind = self.arms.T_world_tool()[RIGHT_ARM], clip_of(self.arms.mounted[RIGHT_ARM])
+        clip = dropped_clip(T, kind, number=len(r.clips) + 1, time_s=r.time_s)
         self.record = replace(r, clips=(*r.clips, clip), clip_loaded=False)
 
     @property

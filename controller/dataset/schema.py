@@ -83,7 +83,7 @@ task_index: Row of `TEXTS` that was given; the text is also in `instruction`.
 correction: One of the 18 corrections, or "". It is the given correction or, under the flag, the
     correction that would have asked for the motion that follows.
 flag: A correction is needed: an error is not undone yet, or a person gives a correction.
-task: The current task, 1 to 17.
+task: The current task, 1 to 25.
 kind: Kind of the episode: "nominal", "recovery:" and the perturbation's name, "correction",
     "order", "turns", "rollout" or "intervention". "turns" and "rollout" may also carry a
     perturbation's name. In a rollout of a learned controller, `task`, `flag` and `correction` are

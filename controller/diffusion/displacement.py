@@ -82,7 +82,8 @@ def free_and_near(exact: NDArray[np.float32]) -> tuple[NDArray[np.bool_], NDArra
     """
     parts = fields(exact)
     opened, force_n = parts["joints"][..., 6] > OPEN_RAD, parts["forces_n"]
-    points = np.concatenate([parts[name] for name in ("left_tube_m", "right_tube_m", "sac_m")], 1)
+    tubes_m = parts["tubes_m"].reshape(len(exact), -1, 3)
+    points = np.concatenate([tubes_m, parts["sac_m"]], axis=1)
     off_m = parts["tips_endoscope"][:, :, None, :, 3] - points[:, None]
     near = (np.linalg.norm(off_m, axis=-1) < NEAR_M).any(axis=-1)
     return opened & (np.linalg.norm(force_n, axis=-1) < FREE_N), near

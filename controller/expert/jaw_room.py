@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from itertools import pairwise
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -43,6 +44,30 @@ def firm_room_m(world: World, T_world_tool: Array, tool: str, opening_rad: float
         for line, radius_m in (*lines, *_left_instrument(world))
     ]
     return min(gaps)
+
+
+def tube_room_m(
+    world: World, tube: str, T_world_tool: Array, tool: str, opening_rad: float
+) -> float:
+    """Return the gap from the open jaws' fingers to other tubes and their stumps."""
+    to_tool = inverse_pose(T_world_tool)
+    gaps = [
+        _gap_m(transform(to_tool, part), tool, opening_rad) - world.tubes.radius_m(other)
+        for other in world.organ.tubes
+        if other != tube
+        for part in _parts_m(world, other)
+    ]
+    return min(gaps, default=np.inf)
+
+
+def _parts_m(world: World, tube: str) -> Iterator[Array]:
+    """Yield finely spaced points (n, 3) of each part of a tube, world frame."""
+    tubes = world.tubes
+    ends = [0, *tubes.severed_rings(tube).tolist(), world.organ.neck_ring[tube]]
+    for low, high in pairwise(ends):
+        line = tubes.centres(tube)[low : high + 1]
+        line[0] = world.tissue.positions()[tubes.above[tube][low, 0]]
+        yield subdivide(line, LINE_PARTS)
 
 
 def _left_instrument(world: World) -> Iterator[tuple[Array, float]]:

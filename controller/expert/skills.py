@@ -23,10 +23,10 @@ from controller.expert.targets import (
     spread_direction,
     taut,
 )
-from planner.procedure.outcomes import structure_of
+from planner.procedure.outcomes import has_tube, structure_of
 from planner.procedure.task import Task
 from planner.procedure.task_kind import entry_of
-from tissue_sim.frames import Array, inverse_pose, transform
+from tissue_sim.frames import Array, inverse_pose, transform, unit
 from tissue_sim.outcome.predicates import (
     gallbladder_held,
     gap_m,
@@ -88,10 +88,12 @@ def skill(task: Task, world: World, attempt: int = 0) -> tuple[Phase, ...]:
     """Return the phases that carry out a task in this patient, from any pose of the arm.
 
     A further attempt (1, 2, ...) approaches the tube from another side. A gallbladder that is held
-    at its proper place is not released.
+    at its proper place is not released. For a tube that this patient lacks, the arm stays.
     """
     if lacks_clip(task, world):
         return retract(task, world, attempt)
+    if not has_tube(task, world.anatomy):
+        return (stay(RIGHT_ARM),)
     phases = entry_of(task.kind, SKILLS, "SKILLS")(task, world, attempt)
     if not phases:
         raise ValueError(f"the skill of the kind {task.kind!r} has no phase")
@@ -117,14 +119,16 @@ def place_clip(task: Task, world: World, attempt: int) -> tuple[Phase, ...]:
     """Return the phases that place the task's clip on its tube."""
     tube = structure_of(task, world)
     clip = partial(clip_pose, tube=tube, k=task.clip or 1)
-    return _close_on(world, tube, clip, _opening_rad(task, world), task.right_tool, attempt)
+    tool = tool_for(task, world)
+    return _close_on(world, tube, clip, _opening_rad(task, world), tool, attempt)
 
 
 def cut_tube(task: Task, world: World, attempt: int) -> tuple[Phase, ...]:
     """Return the phases that cut the task's tube between its clips."""
     tube = structure_of(task, world)
     cut = partial(cut_pose, tube=tube)
-    return _close_on(world, tube, cut, _opening_rad(task, world), task.right_tool, attempt)
+    tool = tool_for(task, world)
+    return _close_on(world, tube, cut, _opening_rad(task, world), tool, attempt)
 
 
 def retract(task: Task, world: World, attempt: int) -> tuple[Phase, ...]:
@@ -146,7 +150,14 @@ SKILLS: dict[str, Callable[[Task, World, int], tuple[Phase, ...]]] = {
 def _opening_rad(task: Task, world: World) -> float:
     """Return the jaw opening that barely clears the task's tube; shut for a task on no tube."""
     tube = structure_of(task, world)
-    return opening_rad(world.tubes, tube, task.right_tool) if tube else 0.0
+    return opening_rad(world.tubes, tube, tool_for(task, world)) if tube else 0.0
+
+
+def tool_for(task: Task, world: World) -> str:
+    """Return the right tool for a task: the mounted one if it can do it, such as any applier."""
+    mounted = world.arms.mounted[RIGHT_ARM]
+    able = mounted.deed == INSTRUMENTS[task.right_tool].deed
+    return mounted.name if able else task.right_tool
 
 
 def _from_outside(
@@ -287,7 +298,9 @@ def _retreat(opening: float) -> tuple[Phase, ...]:
 
 
 def _further_back(world: World, start: Array) -> Goal:
-    T = before(world.arms.T_world_tool()[RIGHT_ARM], STANDOFF_M)
+    """Return a step towards the port, along the shaft: the wrist may reach no further otherwise."""
+    T = world.arms.T_world_tool()[RIGHT_ARM]
+    T[:3, 3] += STANDOFF_M * unit(world.arms.T_world_rcm[RIGHT_ARM, :3, 3] - T[:3, 3])
     T[:3, :3] = start[:3, :3]
     return Goal(T_world_tool=T, speed_m_s=NEAR_SPEED_M_S)
 

@@ -11,26 +11,13 @@ from controller.expert.approach import USUAL, Approach
 from controller.expert.motion import CLEARANCE_M
 from tissue_sim.frames import AWAY, LEFT, RIGHT, Array, pose, unit
 from tissue_sim.outcome import clip_rule
-from tissue_sim.outcome.clip_rule import (
-    CUT_ROOM_M,
-    HIGH_MARGIN_M,
-    NEARER_M,
-    SPACING_M,
-    clips_needed,
-)
-from tissue_sim.outcome.predicates import straightness
+from tissue_sim.outcome.clip_rule import clips_needed, cut_room_m, high_margin_m, spacing_m
+from tissue_sim.outcome.predicates import applier_on, straightness
 from tissue_sim.patient.organ import TUBES
-from tissue_sim.patient.tubes import Tubes
+from tissue_sim.patient.tubes import SAC_HALF_GAP_M, Tubes
 from tissue_sim.thresholds import CLIP_MAX_TILT_RAD, CLIP_MIN_GAP_M, CUFF_MIN_M
 from tissue_sim.tools.arms import RIGHT_ARM
-from tissue_sim.tools.instruments import (
-    BLADE_LENGTH_M,
-    CLIP_APPLIER,
-    CLIP_LENGTH_M,
-    CLIP_WIDTH_M,
-    GRASPER,
-    INSTRUMENTS,
-)
+from tissue_sim.tools.instruments import BLADE_LENGTH_M, GRASPER, INSTRUMENTS, Instrument
 
 if TYPE_CHECKING:
     from tissue_sim.world import World
@@ -81,15 +68,15 @@ def clip_pose(world: World, tube: str, k: int, approach: Approach = USUAL) -> Ar
     The place is farther up if the clip below sits higher than intended. On a tube that takes two
     clips, the third clip is the upper one. So is the second clip, if a person requests it.
     """
-    stations = clip_stations_m(world.tubes, tube, approach.aside)
+    stations, applier = clip_stations_m(world, tube, approach.aside), applier_at_work(world, tube)
     n_below = min(k, len(stations)) - 1
     station_m = stations[n_below]
     below = sorted(clips_at_m(world, tube))[:n_below]
     if below and len(below) == n_below:
-        room_m = CUT_ROOM_M if n_below == len(stations) - 1 else SPACING_M
-        highest_m = world.tubes.length_m[tube] - HIGH_MARGIN_M + NEARER_M
+        room_m = cut_room_m(applier) if n_below == len(stations) - 1 else spacing_m(applier)
+        highest_m = world.tubes.length_m[tube] - high_margin_m(tube, applier)
         station_m = min(max(station_m, below[-1] + room_m), highest_m)
-    return _on_tube(world, tube, station_m, 0.5 * CLIP_LENGTH_M, approach)
+    return _on_tube(world, tube, station_m, 0.5 * applier.mouth_m[0], approach)
 
 
 def cut_pose(world: World, tube: str, approach: Approach = USUAL) -> Array:
@@ -98,14 +85,14 @@ def cut_pose(world: World, tube: str, approach: Approach = USUAL) -> Array:
     A tube may have more clips than needed, because some were repeated. Then the scissors cut in the
     widest gap above the clips that must stay in the patient.
     """
-    planned = clip_stations_m(world.tubes, tube)
+    planned = clip_stations_m(world, tube)
     stations = sorted(clips_at_m(world, tube))
     if len(stations) < len(planned):
         stations = list(planned)
     stay = len(planned) - 1
     k = stay - 1 + int(np.argmax(np.diff(stations[stay - 1 :])))
     low, high = stations[k : k + 2]
-    spare = max(high - low - CUT_ROOM_M, 0.0)
+    spare = max(high - low - cut_room_m(applier_at_work(world, tube)), 0.0)
     station_m = 0.5 * (low + high) - 0.5 * min(approach.aside, 1.0) * spare
     return _on_tube(world, tube, station_m, 0.5 * BLADE_LENGTH_M, approach)
 
@@ -114,15 +101,23 @@ def belongs_here(world: World, tube: str, T_world_tool: Array) -> bool:
     """Return whether jaws that close here clip or cut a tube where the judge allows it.
 
     The filter may have held the tool off its place; a clip or a cut beside the place is of no use.
+    The last clip leaves room for the cut. Only this clip may hold the gallbladder's wall.
     """
-    clips_m = np.array(clips_at_m(world, tube))
     tool = world.arms.mounted[RIGHT_ARM]
-    clips = tool.deed == "clip"
     crossing = world.tubes.crossing(tube, T_world_tool, tool.mouth_m[0])
     if crossing is None or crossing.tilt_rad > CLIP_MAX_TILT_RAD:
         return False
-    between_m = CLIP_WIDTH_M + CLIP_MIN_GAP_M if clips else 0.5 * CLIP_WIDTH_M + CUFF_MIN_M
-    return bool((np.abs(clips_m - crossing.station_m) >= between_m).all())
+    own_m, gap_m = 0.0, CUFF_MIN_M
+    if tool.clip:
+        last = len(clips_at_m(world, tube)) >= len(clip_stations_m(world, tube)) - 1
+        if not last and world.tubes.sac_between(T_world_tool, *tool.mouth_m, SAC_HALF_GAP_M):
+            return False
+        own_m, gap_m = 0.5 * tool.clip.width_m, 2.0 * CUFF_MIN_M if last else CLIP_MIN_GAP_M
+    return all(
+        abs(x.station_m - crossing.station_m) - 0.5 * clip.kind.width_m - own_m >= gap_m
+        for clip in world.record.clips
+        if not clip.lost and (x := clip.on(tube)) is not None
+    )
 
 
 def clips_at_m(world: World, tube: str) -> list[float]:
@@ -131,16 +126,21 @@ def clips_at_m(world: World, tube: str) -> list[float]:
     return [crossing.station_m for crossing in crossings if crossing is not None]
 
 
-def clip_stations_m(tubes: Tubes, tube: str, aside: float = 0.0) -> tuple[float, ...]:
+def clip_stations_m(world: World, tube: str, aside: float = 0.0) -> tuple[float, ...]:
     """Return the clips' stations by the rule: as many clips as the tube has room for."""
-    length_m = tubes.length_m[tube]
-    stations = clip_rule.clip_stations_m(
-        tube, np.array(length_m), clips_needed(tube, length_m), aside
-    )
+    length_m, applier = world.tubes.length_m[tube], applier_at_work(world, tube)
+    n_clips = clips_needed(tube, length_m, applier)
+    stations = clip_rule.clip_stations_m(tube, length_m, applier, n_clips, aside)
     return tuple(map(float, stations))
 
 
-def opening_rad(tubes: Tubes, tube: str, tool: str = CLIP_APPLIER) -> float:
+def applier_at_work(world: World, tube: str) -> Instrument:
+    """Return the applier for a tube's clips: the mounted one, else the one that the tube needs."""
+    mounted = world.arms.mounted[RIGHT_ARM]
+    return mounted if mounted.clip else applier_on(world, tube)
+
+
+def opening_rad(tubes: Tubes, tube: str, tool: str) -> float:
     """Return the jaw opening that barely clears the tube, so that its neighbours stay outside."""
     mouth_m, _ = INSTRUMENTS[tool].mouth_m
     reach_m = INSTRUMENTS[tool].yaw_to_tip_m - 0.5 * mouth_m

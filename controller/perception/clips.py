@@ -18,7 +18,8 @@ from tissue_sim.sensing.glance import Glance, Picture
 from tissue_sim.sensing.observation import MAX_CLIPS, TUBE_POINTS
 from tissue_sim.sensing.polyline import nearest_to_jaws, place_on
 from tissue_sim.tools.arms import RIGHT_ARM
-from tissue_sim.tools.instruments import CLIP_APPLIER, CLIP_LENGTH_M
+from tissue_sim.tools.clips import ClipKind
+from tissue_sim.tools.instruments import INSTRUMENTS
 
 CAUGHT_M = 0.0035  # assumed: a tube observed this near to the closed jaws is in the clip
 IN_JAWS_M = 0.0006  # assumed: how far the tube's middle lies from the jaws' mid-line
@@ -56,8 +57,9 @@ class Clips:
 
     def step(self, glance: Glance, lines: Lines, passed_s: float) -> None:
         """Take in one control step: check whether the applier has closed on a structure."""
-        if self._loaded and not glance.clip_loaded and glance.tools[1] == CLIP_APPLIER:
-            self._close(glance.tips_endoscope[RIGHT_ARM], lines)
+        kind = INSTRUMENTS[glance.tools[1]].clip
+        if self._loaded and not glance.clip_loaded and kind is not None:
+            self._close(glance.tips_endoscope[RIGHT_ARM], kind, lines)
         self._loaded = glance.clip_loaded
         for clip in self._clips:
             clip.variance_m2 += CREEP_M**2 * passed_s
@@ -86,12 +88,12 @@ class Clips:
             variance_m2[k] = nearby + clip.variance_m2 / 3.0
         return places_m, variance_m2
 
-    def _close(self, T_endoscope_tool: Array, lines: Lines) -> None:
+    def _close(self, T_endoscope_tool: Array, kind: ClipKind, lines: Lines) -> None:
         tubes = [tube_m(lines, k) for k in (0, 1)]
-        places = [nearest_to_jaws(tube, T_endoscope_tool, CLIP_LENGTH_M) for tube in tubes]
+        places = [nearest_to_jaws(tube, T_endoscope_tool, kind.length_m) for tube in tubes]
         tube = int(np.argmin([away for _, _, away in places]))
         k, share, away = places[tube]
-        middle = T_endoscope_tool[:3, 3] - 0.5 * CLIP_LENGTH_M * T_endoscope_tool[:3, 2]
+        middle = T_endoscope_tool[:3, 3] - 0.5 * kind.length_m * T_endoscope_tool[:3, 2]
         if away > CAUGHT_M:
             clip = SeatedClip(tube=None, at=0.0, variance_m2=CAUGHT_M**2, place_m=middle)
         else:

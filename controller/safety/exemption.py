@@ -12,7 +12,6 @@ from controller.safety.geometry.link_cores import FINGERS, N_LINK
 from controller.safety.obstacles import LIVER, PORT_WALL
 from planner.procedure.task import Task
 from planner.scene.duct_side import structure_seen
-from tissue_sim.patient.organ import TUBES
 from tissue_sim.patient.tubes import GALLBLADDER
 from tissue_sim.sensing.observation import Observation
 from tissue_sim.tools.arms import LEFT_ARM, RIGHT_ARM
@@ -30,8 +29,9 @@ def worked_on(task: Task, observation: Observation) -> WorkedOn:
     to the gallbladder and move with it.
     """
     grasps = task.grasps or observation.pinch_n > HOLDS_N
-    meant = {structure_seen(task.tube, observation)} if task.tube else set[str]()
-    return frozenset(TUBES if grasps else ()), frozenset(meant)
+    meant: set[str] = {structure_seen(task.tube, observation)} if task.tube else set()
+    held = {structure_seen(tube, observation) for tube in observation.tubes if grasps}
+    return frozenset(held), frozenset(meant)
 
 
 def must_not_meet(arm: int, link: int, obstacle: str, worked_on: WorkedOn) -> bool:

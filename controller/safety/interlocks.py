@@ -20,7 +20,9 @@ from controller.safety.bounds import (
 from controller.safety.geometry.collision import NearPairs
 from controller.safety.limits.arms import TIP_SPEED_M_S, tip_box
 from controller.safety.situation import Situation
+from tissue_sim.outcome.clip_rule import USUAL_CLIPS
 from tissue_sim.patient.at_risk import AT_RISK
+from tissue_sim.patient.tubes import GALLBLADDER
 from tissue_sim.tools.arms import RIGHT_ARM
 
 NEAR_AT_RISK_M = 0.008  # assumed
@@ -39,8 +41,10 @@ def require_clips_before_cut(situation: Situation) -> Bounds:
 
 def close_on_what_is_meant(situation: Situation) -> Bounds:
     """Let scissors and applier close on the structure of the instruction, or on nothing."""
-    acts = situation.instruction.task.is_deed
-    meant = situation.worked_on[RIGHT_ARM] if acts else frozenset[str]()
+    task = situation.instruction.task
+    meant = situation.worked_on[RIGHT_ARM] if task.is_deed else frozenset[str]()
+    if task.places_clip and task.clip == USUAL_CLIPS and meant & situation.between_jaws:
+        meant |= {GALLBLADDER}  # the highest clip leaves with the gallbladder
     wrong = sorted(situation.between_jaws - meant)
     return _no_closing(wrong) if wrong else NO_BOUNDS
 

@@ -7,12 +7,11 @@ import numpy as np
 from controller.safety.seen_obstacles import lines_seen
 from tissue_sim.frames import Array, inverse_pose, transform
 from tissue_sim.patient.tubes import BETWEEN_HALF_GAP_M, GALLBLADDER, SAC_HALF_GAP_M
-from tissue_sim.sensing.observation import SAC_POINTS, TUBE_POINTS, Observation
+from tissue_sim.sensing.observation import ROWS, Observation
 from tissue_sim.tools.arms import RIGHT_ARM
 
 NOTHING = frozenset[str]()
 SURE = 1.0  # standard deviations; assumed
-_SAC = slice(2 * TUBE_POINTS, 2 * TUBE_POINTS + SAC_POINTS)
 _ACROSS, _ALONG = np.linspace(-1.0, 1.0, 3), np.linspace(0.0, 1.0, 5)
 
 
@@ -38,7 +37,7 @@ def between_jaws_seen(observation: Observation, before: frozenset[str] = NOTHING
     }
     axis, wall_m = transform(T_tool_endoscope, observation.sac_m), observation.sac_radius_m
     if GALLBLADDER in before:
-        wall_m = wall_m + SURE * float(observation.std_m[_SAC].mean())
+        wall_m = wall_m + SURE * float(observation.std_m[ROWS["sac_m"]].mean())
     if sac_within(axis, wall_m, reach_m, width_m):
         found.add(GALLBLADDER)
     return frozenset(found)

@@ -8,11 +8,10 @@ import numpy as np
 
 from controller.body_place import BodyPlace
 from controller.safety.obstacles import LIVER, PORT_WALL, Surroundings, chained
-from planner.command import TUBES
 from planner.scene.duct_side import structure_seen
 from tissue_sim.frames import Array, transform, unit
 from tissue_sim.patient.at_risk import BRANCHES, COMMON_DUCT, HEPATIC_ARTERY, RADIUS_M
-from tissue_sim.sensing.observation import POINTS, TRUNK_POINTS, Observation
+from tissue_sim.sensing.observation import ROWS, TRUNK_POINTS, TUBE_ROWS, Observation
 
 TRUNKS = {COMMON_DUCT: "common_bile_duct_m", HEPATIC_ARTERY: "hepatic_artery_m"}
 FINE = 12  # capsules along a structure at risk
@@ -20,7 +19,6 @@ BESIDE_M = 0.003  # a point this near to the branch adds nothing to the line
 UNSURE = 1.0  # standard deviations by which an uncertain structure is thicker
 MOST_M = 0.0015  # by which a structure is thicker at most; assumed
 _EVENLY = np.linspace(0.0, 1.0, FINE + 1)
-_STARTS = dict(zip(POINTS, np.cumsum([0, *POINTS.values()]).tolist(), strict=False))
 
 
 class ObstaclesSeen:
@@ -50,7 +48,7 @@ class ObstaclesSeen:
             for points in (getattr(observation, n) for n in TRUNKS.values())
             for k in (0, -1)
         ]
-        rows = [_STARTS[n] + k for n in TRUNKS.values() for k in (0, POINTS[n] - 1)]
+        rows = [k for n in TRUNKS.values() for k in (ROWS[n].start, ROWS[n].stop - 1)]
         std_m = float(np.linalg.norm(observation.std_m[rows])) / len(rows)
         middle = transform(observation.T_world_endoscope, np.mean(ends, axis=0)[None])[0]
         return self._body.follow(middle, std_m)
@@ -74,15 +72,14 @@ class LineSeen:
 
 
 def lines_seen(observation: Observation) -> dict[str, LineSeen]:
-    """Return the lines of both tubes and of the structures at risk, by name."""
+    """Return the lines of the tubes that are there and of the structures at risk, by name."""
     lines = {}
-    for k, tube in enumerate(TUBES):
-        name = f"{tube}_tube_m"
+    for tube in observation.tubes:
         lines[structure_seen(tube, observation)] = LineSeen(
-            points_m=getattr(observation, name),
-            radius_m=float(observation.tube_radius_m[k]),
-            std_m=_std_m(observation, name),
-            severed=bool(observation.severed[k]),
+            points_m=observation.tube_m(tube),
+            radius_m=observation.radius_m(tube),
+            std_m=observation.std_m[TUBE_ROWS[tube]],
+            severed=observation.is_severed(tube),
         )
     for trunk, name in TRUNKS.items():
         line = trunk_line(
@@ -91,13 +88,9 @@ def lines_seen(observation: Observation) -> dict[str, LineSeen]:
         lines[trunk] = LineSeen(
             points_m=line,
             radius_m=RADIUS_M[trunk],
-            std_m=np.full(len(line), _std_m(observation, name).mean()),
+            std_m=np.full(len(line), observation.std_m[ROWS[name]].mean()),
         )
     return lines
-
-
-def _std_m(observation: Observation, name: str) -> Array:
-    return observation.std_m[_STARTS[name] : _STARTS[name] + POINTS[name]]
 
 
 def trunk_line(points: Array, branch: Array, radius_m: float) -> Array:
@@ -143,19 +136,16 @@ def _powers(t: Array, at: Array, n: int) -> Array:
 def _capsules(line: LineSeen) -> tuple[Array, Array, Array]:
     """Return starts, ends and radii of capsules; uncertain capsules are thicker.
 
-    The longest piece of a severed tube's line spans its cut: each stump takes half a usual piece.
+    Of a severed tube only the part that stays in the body is an obstacle. The other part hangs on
+    the gallbladder, and may be touched like the gallbladder. The longest piece of the line spans
+    the cut: the stump takes half a usual piece.
     """
-    start, end = line.points_m[:-1].copy(), line.points_m[1:].copy()
+    start, end = line.points_m[:-1], line.points_m[1:]
     std_m = np.maximum(line.std_m[:-1], line.std_m[1:])
     radii_m = line.radius_m + np.minimum(UNSURE * std_m, MOST_M)
     if not line.severed:
         return start, end, radii_m
     cut = int(np.linalg.norm(end - start, axis=1).argmax())
-    half = 0.5 * (end - start)
-    upper_end, upper_start = end[cut].copy(), end[cut] - half[min(cut + 1, len(half) - 1)]
-    end[cut] = start[cut] + half[max(cut - 1, 0)]
-    return (
-        np.concatenate([start, upper_start[None]]),
-        np.concatenate([end, upper_end[None]]),
-        np.append(radii_m, radii_m[cut]),
-    )
+    below = max(cut - 1, 0)
+    stump_end = start[cut] + 0.5 * (end[below] - start[below])
+    return start[: cut + 1], np.concatenate([end[:cut], stump_end[None]]), radii_m[: cut + 1]

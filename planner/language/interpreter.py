@@ -12,7 +12,6 @@ from unicodedata import normalize
 from planner.command import COMMANDS, Command
 from planner.correction import CORRECTIONS, opposite
 from planner.language.grammar import Parse, may_be_filled, openness, parse
-from planner.language.phrases import normalised
 from planner.language.reading import By, Reading, Said
 from planner.language.rules.by_latest import by_latest
 from planner.language.rules.claims import claims_in, without_claims
@@ -32,7 +31,12 @@ from planner.language.rules.questions import (
     question_in,
     thing_in,
 )
-from planner.language.rules.references import way_back, with_plain_ordinals, without_side
+from planner.language.rules.references import (
+    applier_in,
+    way_back,
+    with_plain_ordinals,
+    without_side,
+)
 from planner.language.rules.resuming import resumes
 from planner.language.rules.sizes import (
     Sized,
@@ -47,11 +51,12 @@ from planner.language.rules.sizes import (
 )
 from planner.language.rules.small_talk import is_small_talk, without_asides
 from planner.language.rules.spelling import as_meant, in_latin
+from planner.language.rules.third_tube import with_third_tube
 from planner.language.rules.warning import warns, warns_anywhere, warns_mildly, without_warning
-from planner.language.slot_heads import SlotHeads, load
+from planner.language.slot_heads import SlotHeads, in_words, load
 from planner.language.slots import spelt_out
 from planner.person.prohibition import Prohibition
-from planner.procedure.task import Tube
+from tissue_sim.patient.anatomy import Tube
 
 if TYPE_CHECKING:
     from planner.language.kind_head import Kind
@@ -73,7 +78,7 @@ class Interpreter:
         """Return the meaning of any text; never raise. Of a very long one the beginning counts."""
         latin = in_latin(text)
         seen = latin[:LONGEST]
-        meant = in_english(as_meant(seen))
+        meant = with_third_tube(in_english(as_meant(with_third_tube(seen))))
         english = with_plain_ordinals(without_other_arm(as_corrected(without_asides(meant))))
         if warns_anywhere(latin[LONGEST:]):
             return replace(self._warned(seen, english, danger_in(english)), text=text)
@@ -103,6 +108,8 @@ class Interpreter:
             return Reading(text=text, by="rule", reply=f"Refused: {danger}.")
         if speed := speed_in(english):
             return self._at_speed(text, english, speed)
+        if chosen := self._with_applier(text, english):
+            return chosen
         return self._besides_claims(text, english) or self._commanded(text, english)
 
     def _by_kind(self, ruled: Reading, english: str, danger: str) -> Reading:
@@ -171,6 +178,19 @@ class Interpreter:
         read = self._commanded(text, rest)
         besides = replace(read, speed=speed, reply=f"{told} {read.reply}")
         return besides if read.command or names_an_act(rest) else alone
+
+    def _with_applier(self, text: str, english: str) -> Reading | None:
+        """Return the reading of a choice of clips, and of what else is asked; None if unclear."""
+        wanted = None if question_in(english) else applier_in(english)
+        if wanted is None:
+            return None
+        applier, rest = wanted
+        told = f"Clip applier: {applier}."
+        if not rest:
+            return Reading(text=text, applier=applier, confidence=1.0, by="rule", reply=told)
+        read = self._commanded(text, rest)
+        besides = replace(read, applier=applier, reply=f"{told} {read.reply}")
+        return besides if read.command else None
 
     def _besides_claims(self, text: str, english: str) -> Reading | None:
         """Return what is commanded besides what is taken for so: "now that it is cut, clip ...".
@@ -251,7 +271,7 @@ class Interpreter:
 
         if not parsed.filled:
             return _not_understood(text, "no word of it names a motion, a clip, a cut or a side")
-        ranked = self._heads.ranked(embed(normalised(sized.text)).numpy(), parsed.filled)
+        ranked = self._heads.ranked(embed(in_words(sized.text)).numpy(), parsed.filled)
         confidence, best = ranked[0] if ranked else (0.0, None)
         sure = self._heads.thresholds[openness(parsed)]
         if best and confidence >= sure and may_be_filled(parsed, best):
@@ -270,7 +290,7 @@ def _kind_besides(ruled: Reading, english: str, danger: str) -> tuple[Kind | Non
     text, order, warned = ruled.text, ruled.command, ruled.by == "warning"
     stops = order in (STOP, PAUSE) and not (warns(text) or warns(english))  # "freezing"
     ordered = order is not None and not (order.deed or warned or stops)
-    if ordered or ruled.agrees or ruled.speed or (warned and danger):
+    if ordered or ruled.agrees or ruled.speed or ruled.applier or (warned and danger):
         return None, False
     from planner.language.kind_head import (  # PyTorch: seconds, once
         LETS_ACT,
@@ -328,7 +348,7 @@ def _whole(text: str, english: str, danger: str) -> Reading | None:
         return _understood(text, Said(command=COMMANDS["resume"]), 1.0, "grammar")
     if question := foreign_question_in(text):
         return _asked(text, question)
-    if not danger and (permission := permission_in(text, english)):
+    if not danger and (permission := permission_in(with_third_tube(text), english)):
         return _permitted(text, english, permission)
     if said := by_latest(english):
         why = _not_so_far(text, english, (said,))

@@ -9,6 +9,7 @@ from functools import cache
 
 from planner.language.lexicon import LEXICON, LONGEST, Meaning, without_articles
 from planner.language.rules.phrase_search import patterns, rewritten, rules_in
+from planner.language.rules.third_tube import with_third_tube
 
 _RE = patterns("rewrites")
 _AS_TYPED = rules_in("rewrites", "as_typed")  # before punctuation is removed
@@ -24,7 +25,7 @@ def normalised(text: str) -> str:
 
     A text that begins with "stop" becomes "stop": an unnecessary stop does no harm.
     """
-    plain = unicodedata.normalize("NFKC", text).lower().strip()
+    plain = with_third_tube(unicodedata.normalize("NFKC", text).lower().strip())
     plain = re.sub(r"[^a-z0-9' ]+", " ", rewritten(plain, _AS_TYPED))
     plain = " ".join(map(_spelt, without_articles(plain).split()))
     plain = without_articles(rewritten(plain, _AS_SAID))

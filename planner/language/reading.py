@@ -10,8 +10,9 @@ from planner.correction import Direction
 from planner.language.rules.questions import Question, Thing
 from planner.person.premises import Claim
 from planner.person.prohibition import Prohibition
-from planner.procedure.task import Tube
+from tissue_sim.patient.anatomy import Tube
 
+Applier = Literal["slim", "large", "other"]
 By = Literal["grammar", "classifier", "button", "warning", "rule", "nobody"]
 
 
@@ -76,6 +77,7 @@ class Reading:
         may_allow: What they may mean to allow; it is asked back, and nothing is lifted.
         claims: What they take for done or so, true or not: "the duct is cut, go back".
         speed: "slower", "faster", "half" or "normal"; "" if it is not about speed.
+        applier: The clip applier to use; "other" is the one that is not mounted. None if not said.
         question: What is asked.
         about: What they are about; None if they name no structure, tool or clip.
         agrees: It says yes to what was asked back.
@@ -97,6 +99,7 @@ class Reading:
     may_allow: Prohibition | None = None
     claims: tuple[Claim, ...] = ()
     speed: str = ""
+    applier: Applier | None = None
     question: Question | None = None
     about: Thing | None = None
     agrees: bool = False

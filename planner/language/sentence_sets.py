@@ -13,9 +13,10 @@ from planner.command import COMMANDS
 from planner.language.rules.questions import QUESTIONS
 
 OUT_OF_SCOPE, ASK_BACK = "-", "?"
-_ACT = r"((clip|cut)( (duct|artery|(left|right) tube))?|open( (left|right) gripper)?)"
+_ACT = r"((clip|cut)( (duct|artery|(left|right|third) tube))?|open( (left|right) gripper)?)"
 _BY_PROTOCOL = re.compile(
-    rf"hold(: no {_ACT})?|allow: {_ACT}"
+    rf"hold(: no {_ACT}(, no {_ACT})*)?|allow: {_ACT}"
+    rf"|tool: (large|slim|other)"
     rf"|speed: (slower|faster|half|normal)|question: ({'|'.join(QUESTIONS)})|ask|refuse|none"
 )
 _SIZE = re.compile(r"small|large|\d+(\.\d+)? mm")

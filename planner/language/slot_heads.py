@@ -15,12 +15,19 @@ from safetensors import safe_open
 from safetensors.numpy import save as to_bytes
 
 from planner.command import COMMANDS, Command
+from planner.language.phrases import normalised
+from planner.language.rules.third_tube import with_artery
 from planner.language.slots import SLOTS, Filled, candidates
 from planner.learning.files import write_atomic
 
 SHIPPED = Path(__file__).with_name("slot_heads.safetensors")
 NOTHING = "nothing"
 IN_SCOPE = ("no", "yes")
+
+
+def in_words(text: str) -> str:
+    """Return a text as the heads take it: normalised, and on no other tube than they know."""
+    return with_artery(normalised(text))
 
 
 def labels(command: Command) -> dict[str, str]:

@@ -6,6 +6,7 @@ from collections.abc import Mapping, Set
 
 from planner.command import COMMANDS, Command
 from planner.correction import DIRECTION_ENDOSCOPE
+from planner.procedure.task import OPTIONAL_TUBES
 
 Filled = Mapping[str, Set[str]]
 """The values that words give to each slot; two in one contradict each other."""
@@ -41,8 +42,13 @@ SLOTS: dict[str, dict[str, str]] = {text: slots(command) for text, command in CO
 
 
 def candidates(filled: Filled) -> list[Command]:
-    """Return the commands that agree with one value of every filled slot."""
-    return [COMMANDS[text] for text in SLOTS if filled and _agrees(text, filled)]
+    """Return the commands that agree with one value of every filled slot.
+
+    Few patients have the optional tubes, so words must name them.
+    """
+    named = filled.get("tube", set())
+    there = (text for text in SLOTS if SLOTS[text].get("tube") not in {*OPTIONAL_TUBES} - named)
+    return [COMMANDS[text] for text in there if filled and _agrees(text, filled)]
 
 
 def contradicts(filled: Filled) -> bool:

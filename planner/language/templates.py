@@ -4,13 +4,15 @@ from __future__ import annotations
 
 from itertools import product
 
-from planner.command import COMMANDS, Command
+from planner.command import COMMANDS, STRUCTURES, Command
 from planner.language.rules.phrase_search import phrase_lists
 from planner.language.slots import SLOTS
 
 _LISTS = phrase_lists("templates")
 _ORDINALS = {"1": "first", "2": "second", "3": "third"}
-_TUBES = {"left": "left tube", "right": "right tube", "duct": "duct", "artery": "artery"}
+_TUBES = {f"{tube}": f"{tube} tube" for tube in ("left", "right", "third")} | {
+    one: one for one in STRUCTURES
+}
 
 
 def wordings(command: Command) -> list[str]:

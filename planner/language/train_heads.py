@@ -23,7 +23,7 @@ from planner.language.lexicon import LEXICON
 from planner.language.phrases import normalised
 from planner.language.sentence_encoder import embed
 from planner.language.sentence_sets import ASK_BACK, OUT_OF_SCOPE, Row, rows_named
-from planner.language.slot_heads import CLASSES, SHIPPED, SlotHeads, labels, save
+from planner.language.slot_heads import CLASSES, SHIPPED, SlotHeads, in_words, labels, save
 from planner.language.templates import other_sentences, wordings
 
 FOLDS = 10
@@ -94,7 +94,7 @@ def _label(row: Row, head: str) -> str:
 
 
 def _embeddings(rows: Sequence[Row]) -> Tensor:
-    vectors = torch.stack([_vector(normalised(row.sentence)) for row in rows])
+    vectors = torch.stack([_vector(in_words(row.sentence)) for row in rows])
     return torch.cat([vectors, torch.ones(len(rows), 1)], dim=1)
 
 
@@ -138,7 +138,7 @@ def outcomes(rows: Sequence[Row]) -> list[GapGuess]:
     for k in range(FOLDS):
         heads = SlotHeads(weights=fit(examples(_without(rows, k))), thresholds={})
         for row, parsed in gaps(rows[k::FOLDS]):
-            ranked = heads.ranked(_vector(normalised(row.sentence)).numpy(), parsed.filled)
+            ranked = heads.ranked(_vector(in_words(row.sentence)).numpy(), parsed.filled)
             if ranked and may_be_filled(parsed, ranked[0][1]):
                 found.append(GapGuess(row, openness(parsed), ranked[0][1].text, ranked[0][0]))
     return found

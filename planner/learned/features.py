@@ -14,6 +14,7 @@ from planner.correction import CORRECTIONS
 from planner.procedure.cholecystectomy import TASKS
 from planner.scene.next_task import RATHER_MORE
 from tissue_sim.outcome.clip_rule import FEWEST_CLIPS, USUAL_CLIPS, needed_m
+from tissue_sim.patient.anatomy import TUBES
 from tissue_sim.sensing.observation import fields
 from tissue_sim.sensing.tissue_features import (
     FAR_SCALE_M,
@@ -22,10 +23,12 @@ from tissue_sim.sensing.tissue_features import (
     TOUCH_N,
     clips_along,
     closed_clips,
-    duct_is_left,
     grasp_features,
+    is_duct,
     tissue_features,
+    tubes_there,
 )
+from tissue_sim.sensing.tube_rule import by_tube
 from tissue_sim.thresholds import RETRACTED_M, TAUT_MIN
 from tissue_sim.tools.arms import RIGHT_ARM
 
@@ -40,15 +43,15 @@ def seen_features(frames: Tensor) -> Tensor:
     """Return features (B, n), each of order one, of frames (B, `VECTOR_SIZE`)."""
     now = fields(frames)
     tips, forces_n = now["tips_endoscope"], now["forces_n"]
-    left, right = now["left_tube_m"], now["right_tube_m"]
+    there = tubes_there(now)
     parts = [
         tips[..., 3] / FAR_SCALE_M, tips[..., :3], now["joints"][..., 6],
         forces_n / FORCE_N, torch.tanh(forces_n / TOUCH_N), now["pinch_n"] / FORCE_N,
-        now["n_clips"], now["clip_loaded"], now["scissors"], now["severed"],
+        now["n_clips"], now["clip_loaded"], now["right_tool"], now["severed"],
         *tissue_features(now), *_clips_on_tubes(now),
-        straightness(left), straightness(right), *grasp_features(now),
-        *(next_deed(now, k) for k in range(2)),
-        retreat(tips[:, RIGHT_ARM, :, 3], torch.cat([left, right], dim=1)),
+        there, there * straightness(now["tubes_m"]), *grasp_features(now),
+        *(next_deed(now, k) for k in range(len(TUBES))),
+        retreat(tips[:, RIGHT_ARM, :, 3], now["tubes_m"], there),
     ]  # fmt: skip
     return torch.cat([part.flatten(1) for part in parts], dim=1)
 
@@ -62,41 +65,46 @@ def time_features(since_s: Tensor) -> Tensor:
 def _clips_on_tubes(now: dict[str, Tensor]) -> list[Tensor]:
     """Return each clip's distance from each tube and its place along the tube."""
     parts = []
-    for name in ("left_tube_m", "right_tube_m"):
-        away = torch.cdist(now["clips_m"], now[name])  # (B, clips, points)
+    for tube_m, there in zip(now["tubes_m"].unbind(1), tubes_there(now).split(1, 1), strict=True):
+        away = torch.cdist(now["clips_m"], tube_m)  # (B, clips, points)
         nearest, along = away.min(dim=-1)
-        parts += [torch.tanh(nearest / BESIDE_M), along / (away.shape[-1] - 1.0)]
+        place = there * along / (away.shape[-1] - 1.0)
+        parts += [there * torch.tanh(nearest / BESIDE_M), place]
     return parts
 
 
 def next_deed(now: dict[str, Tensor], k: int) -> Tensor:
     """Return the next deed on tube k: first, second, last clip, cut, none; one-hot (B, `DEEDS`)."""
-    side = ("left", "right")[k]
     length_m = now["rest_length_m"][:, k : k + 1]
-    sitting = clips_along(now[f"{side}_tube_m"], length_m, now["clips_m"], closed_clips(now))
+    sitting = clips_along(now["tubes_m"][:, k], length_m, now["clips_m"], closed_clips(now))
     there, needed = sitting.there.sum(dim=1), _needed(now, k)
     deed = torch.where(there == needed - 1, USUAL_CLIPS - 1, there)
     deed = torch.where(there >= needed, DEEDS - 2, deed)
-    deed = torch.where(now["severed"][:, k] > 0.5, DEEDS - 1, deed)
+    ended = (now["severed"][:, k] > 0.5) | (tubes_there(now)[:, k] < 0.5)
+    deed = torch.where(ended, DEEDS - 1, deed)
     return torch.nn.functional.one_hot(deed.long(), DEEDS).to(length_m)
 
 
 def _needed(now: dict[str, Tensor], k: int) -> Tensor:
     """Return the number of clips (B,) that tube k needs, as in `planner.scene.next_task`."""
-    duct = duct_is_left(now) if k == 0 else ~duct_is_left(now)
+    duct = is_duct(now)[:, k]
     length_m = now["rest_length_m"][:, k] + RATHER_MORE * now["rest_length_std_m"][:, k]
-    usual_m = torch.where(duct, needed_m("duct"), needed_m("artery"))
+    usual_m = by_tube(duct, now["tube_radius_m"][:, k], needed_m)
     return torch.where(length_m < usual_m, FEWEST_CLIPS, USUAL_CLIPS)
 
 
-def straightness(tube_m: Tensor) -> Tensor:
-    """Return the straightness (B, 1) of tubes (B, n, 3); zero where a tube is straight enough."""
-    length_m = (tube_m[:, 1:] - tube_m[:, :-1]).norm(dim=-1).sum(dim=1, keepdim=True)
-    chord_m = (tube_m[:, -1:] - tube_m[:, :1]).norm(dim=-1)
+def straightness(tubes_m: Tensor) -> Tensor:
+    """Return the straightness (B, m) of tubes (B, m, n, 3); zero where one is straight enough."""
+    length_m = (tubes_m[:, :, 1:] - tubes_m[:, :, :-1]).norm(dim=-1).sum(dim=-1)
+    chord_m = (tubes_m[:, :, -1] - tubes_m[:, :, 0]).norm(dim=-1)
     return torch.tanh((chord_m / length_m.clamp(min=1e-6) - TAUT_MIN) / SLACK)
 
 
-def retreat(tip_m: Tensor, tubes_m: Tensor) -> Tensor:
-    """Return distances (B, 1) of tips (B, 3) from tubes (B, n, 3); zero where an arm is back."""
-    away_m = (tubes_m - tip_m[:, None]).norm(dim=-1).amin(dim=1, keepdim=True)
+def retreat(tip_m: Tensor, tubes_m: Tensor, there: Tensor) -> Tensor:
+    """Return distances (B, 1) of tips (B, 3) from tubes (B, m, n, 3); zero where an arm is back.
+
+    `there` (B, m) is 1 where there is a tube, else 0.
+    """
+    each_m = (tubes_m - tip_m[:, None, None]).norm(dim=-1).amin(dim=-1)
+    away_m = torch.where(there > 0.5, each_m, torch.inf).amin(dim=1, keepdim=True)
     return torch.tanh((away_m - RETRACTED_M) / NEAR_M)

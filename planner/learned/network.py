@@ -49,7 +49,7 @@ class Moments(NamedTuple):
     Attributes:
         frames: (B, H, `VECTOR_SIZE`) observations, as `Observation.vector()`.
         known: (B, H) false before the episode began.
-        task: (B, H) the last task given before each moment, 0 to 16; 17 if there was none.
+        task: (B, H) the last task given before each moment, 0 to 24; 25 if there was none.
         correction: (B, H) the last correction given, 0 to 17; 18 if there was none.
         since_s: (B, H) time since that task was given.
     """
@@ -65,7 +65,7 @@ class Prediction(NamedTuple):
     """The network's output: logits, except for the progress.
 
     Attributes:
-        task: (B, 17) the task that should be given now.
+        task: (B, 25) the task that should be given now.
         flag: (B,) whether a correction is needed.
         correction: (B, 18) the correction, if any.
         progress: (B,) progress of the task, 0 to 1.

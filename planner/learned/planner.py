@@ -98,7 +98,6 @@ class PlannerLearned:
         self._remember(observation)
         self._standstill.update(observation)
         self._sight.update(observation)
-        self._room.update(observation)
         with torch.inference_mode(), one_thread():
             opinion = self._network(self._stacked())
             fails = self._network.failure_chance(opinion).item()
@@ -157,8 +156,11 @@ class PlannerLearned:
         """Return the probability of each task that may be due.
 
         The probability of a task counts for the task that is due instead, unless the network
-        decides alone. After a cut no task is a grab, even if a person ordered the grab.
+        decides alone. After a cut no task is a grab, even if a person ordered the grab. A task on a
+        tube that is not there is no choice.
         """
+        absent = [k for k, task in enumerate(TASKS) if task.tube not in (None, *observation.tubes)]
+        logits = logits.index_fill(0, torch.tensor(absent, dtype=torch.long), -torch.inf)
         asked = int(logits.argmax())
         if self._has_cut or observation.severed.any():
             logits = logits.index_fill(0, torch.tensor(GRAB.index - 1), -torch.inf)

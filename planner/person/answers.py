@@ -13,8 +13,9 @@ from planner.person.readiness import safe
 from planner.person.remaining import left, tasks_left
 from planner.procedure.cholecystectomy import CHOLECYSTECTOMY
 from planner.procedure.procedure import Procedure
+from planner.scene.in_words import all_tubes
 from planner.scene.predicates import has_slipped
-from tissue_sim.sensing.observation import MAX_CLIPS, N_LINE, Observation
+from tissue_sim.sensing.observation import Observation
 
 
 def answer(
@@ -33,6 +34,8 @@ def answer(
     asked = Asked(
         instruction=instruction, observation=observation, procedure=procedure, about=about
     )
+    if asked.lacks and question not in ("which", "forbidden"):
+        return asked.lacks
     return ANSWERS[question](asked)
 
 
@@ -76,8 +79,8 @@ def _next(asked: Asked) -> str:
     task = next((task for task in left if not (task.grasps or task.goes_back)), None)
     if task is not None:
         return f"Next that is not done: {task.text}."
-    done = "Both tubes are cut" if asked.observation.severed.all() else "All else is done"
-    return f"{done}: the arm goes back."
+    every = f"{all_tubes(asked.observation)} are cut" if asked.observation.all_severed else ""
+    return f"{every.capitalize() or 'All else is done'}: the arm goes back."
 
 
 def _wrong(asked: Asked) -> str:
@@ -94,7 +97,7 @@ def _wrong(asked: Asked) -> str:
 
 def _sure(asked: Asked) -> str:
     instruction, observation = asked.instruction, asked.observation
-    there = slice(N_LINE + min(observation.n_clips, MAX_CLIPS))
+    there = observation.there
     std_m = observation.std_m[there][~observation.hidden[there]]
     points = f"points to within about {within_mm(std_m)}" if len(std_m) else "nothing"
     right = f"{instruction.confidence:.0%} that {instruction.text!r} is right now; I see {points}."

@@ -95,7 +95,7 @@ class Confirmation:
         if due is None or self.given or standing.forbids(due) or act_of(task, observation) != due:
             return
         self._unmeant = due
-        forbidden = ", ".join(sorted(ban.in_words for ban in standing.forbidden))
+        forbidden = ", ".join(standing.listed(observation))
         raise ConfirmError(f"You forbade: {forbidden}. If I go on, I {due.act} the {due.on}.")
 
     def answered(self, reading: Reading, time_s: float) -> Reading:
@@ -163,7 +163,7 @@ def lacking(task: Task, observation: Observation, procedure: Procedure) -> str:
 
 def _let_go(correction: Correction, observation: Observation) -> str:
     opens = correction.jaw == "open" and correction.arm in ("left", "both")
-    if not opens or observation.pinch_n < HELD_PINCH_N or observation.severed.all():
+    if not opens or observation.pinch_n < HELD_PINCH_N or observation.all_severed:
         return ""
     return "The left gripper holds the gallbladder: opening lets it go, and the tubes slacken."
 

@@ -6,22 +6,22 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from planner.command import TUBES
 from planner.instruction import Instruction
 from planner.language.rules.questions import Thing
 from planner.person.premises import clips_in_words
 from planner.procedure.cholecystectomy import CHOLECYSTECTOMY
 from planner.procedure.procedure import Procedure
-from planner.procedure.task import Tube
 from planner.scene.duct_side import duct_side, from_neck_m, side_confidence, structure_seen, tube_of
-from planner.scene.in_words import way_in_words
+from planner.scene.in_words import joined, way_in_words
 from planner.scene.next_task import clips_needed_on, clips_on, lying_on
 from planner.scene.predicates import has_slipped, is_low, traction_n
 from tissue_sim.frames import Array
+from tissue_sim.patient.anatomy import TUBES, Tube
 from tissue_sim.sensing.observation import MAX_CLIPS, N_LINE, Observation
 from tissue_sim.sensing.polyline import nearest_on, place_on
 from tissue_sim.thresholds import HELD_PINCH_N
 from tissue_sim.tools.arms import LEFT_ARM, RIGHT_ARM
+from tissue_sim.tools.instruments import INSTRUMENTS
 
 SURELY = 0.99  # a higher probability is reported as more than this: no model is that good
 AT_RISK: tuple[Thing, ...] = ("common bile duct", "hepatic artery")
@@ -46,9 +46,15 @@ class Asked:
     @property
     def tube(self) -> Tube | None:
         """Return the tube that the question names; None if it names none."""
-        if self.about in ("left tube", "right tube"):
-            return "left" if self.about == "left tube" else "right"
-        return tube_of(self.about, self.observation) if self.about in ("duct", "artery") else None
+        if self.about in ("duct", "artery"):
+            return tube_of(self.about, self.observation)
+        return next((tube for tube in TUBES if self.about == f"{tube} tube"), None)
+
+    @property
+    def lacks(self) -> str:
+        """Return in words that the named tube is not there; "" if it is, or none is named."""
+        missing = self.tube is not None and self.tube not in self.observation.tubes
+        return f"There is no {self.tube} tube here." if missing else ""
 
     @property
     def name(self) -> str:
@@ -57,7 +63,9 @@ class Asked:
 
 
 def clips(asked: Asked) -> str:
-    """Return in words the number of clips on each tube."""
+    """Return in words the number of clips on the named tube, or on each tube."""
+    if asked.tube == "third":
+        return f"I see {_on_tube(asked.tube, asked.observation)}."
     return f"I see {counts(asked.observation)}."
 
 
@@ -68,7 +76,7 @@ def on(asked: Asked) -> str:
         return f"I see {counts(observation)}."
     rows = np.flatnonzero(lying_on(tube, observation))
     last_m = observation.std_m[N_LINE + rows[-1:]]
-    placed = len(last_m) and not observation.severed[TUBES.index(tube)]
+    placed = len(last_m) and not observation.is_severed(tube)
     how = f", the last one to within {within_mm(last_m)}" if placed else ""
     return (
         f"I see {_on_tube(tube, observation)}{how}. Whether a clip would hold a pull I cannot see."
@@ -76,17 +84,18 @@ def on(asked: Asked) -> str:
 
 
 def cut(asked: Asked) -> str:
-    """Return in words whether the named tube is cut, or which of both tubes is."""
+    """Return in words whether the named tube is cut, or which tubes are."""
     observation = asked.observation
     if asked.tube is not None:
-        is_cut = observation.severed[TUBES.index(asked.tube)]
+        is_cut = observation.is_severed(asked.tube)
         count = clips_in_words(asked.tube, observation)
         return f"The {asked.name} is cut." if is_cut else f"The {asked.name} is not cut: {count}."
-    parts = (
-        f"the {structure_seen(tube, observation)} is {'cut' if severed else 'not cut'}"
-        for tube, severed in zip(TUBES, observation.severed, strict=True)
-    )
-    return f"{' and '.join(parts).capitalize()}."
+    parts = [
+        f"the {structure_seen(tube, observation)} is"
+        f" {'cut' if observation.is_severed(tube) else 'not cut'}"
+        for tube in observation.tubes
+    ]
+    return f"{joined(parts).capitalize()}."
 
 
 def held(asked: Asked) -> str:
@@ -101,22 +110,54 @@ def held(asked: Asked) -> str:
 
 
 def which(asked: Asked) -> str:
-    """Return in words the duct's tube, the confidence, and the tube at which the robot works."""
+    """Return in words the duct's tube, the confidence, and the tube at which the robot works.
+
+    A question that names the third tube gets the answer whether there is one, and a question that
+    names a tool or a clip which tool is mounted.
+    """
+    if asked.tube == "third":
+        return _third(asked.observation)
+    if asked.about in ("left tool", "right tool", "clip"):
+        return _tool(LEFT_ARM if asked.about == "left tool" else RIGHT_ARM, asked.observation)
     works = asked.instruction.task.tube
     at_hand = f" I work on the {structure_seen(works, asked.observation)} now." if works else ""
     return f"{_side(asked.observation)}{at_hand}"
 
 
+def _tool(arm: int, observation: Observation) -> str:
+    """Return in words the tool of an arm, and its clip."""
+    tool = INSTRUMENTS[observation.tools[arm]]
+    side = "left" if arm == LEFT_ARM else "right"
+    if tool.clip is None:
+        return f"The {side} arm holds the {tool.in_words}."
+    how = "with" if observation.clip_loaded else "without"
+    loaded = f"{how} a {tool.clip.name} clip" + ("" if observation.clip_loaded else " in it")
+    return f"The {side} arm holds the {tool.in_words}, {loaded}."
+
+
+def _third(observation: Observation) -> str:
+    """Return in words whether there is a third tube, with confidence."""
+    chance = observation.third_tube
+    if "third" in observation.tubes:
+        return f"There is a third tube here, {_sure(chance)} sure: a second artery."
+    return f"There is no third tube here, {_sure(1.0 - chance)} sure."
+
+
+def _sure(chance: float) -> str:
+    """Return a confidence in words: "87%"."""
+    return f"more than {SURELY:.0%}" if chance > SURELY else f"{chance:.0%}"
+
+
 def _side(observation: Observation) -> str:
-    """Return in words the duct's tube, with confidence and reason."""
+    """Return in words the duct's tube, with confidence and reason, and the third tube."""
     duct = duct_side(observation)
     near_mm, far_mm = sorted(1e3 * np.linalg.norm(from_neck_m(observation), axis=1))
-    chance = side_confidence(observation)
-    sure = f"more than {SURELY:.0%}" if chance > SURELY else f"{chance:.0%}"
     artery = "right" if duct == "left" else "left"
+    third = f" {_third(observation)}" if "third" in observation.tubes else ""
     return (
-        f"The duct is the {duct} tube and the artery the {artery} one, {sure} sure: their upper"
-        f" ends are {near_mm:.1f} and {far_mm:.1f} mm from the gallbladder's neck."
+        f"The duct is the {duct} tube and the artery the {artery} one,"
+        f" {_sure(side_confidence(observation))} sure: their upper"
+        f" ends are {near_mm:.1f} and {far_mm:.1f} mm from the gallbladder's neck.{third}"
     )
 
 
@@ -141,8 +182,8 @@ def distance(asked: Asked) -> str:
 
 
 def counts(observation: Observation) -> str:
-    """Return the clips on both tubes: "2 of 3 clips on the duct and the artery cut"."""
-    return " and ".join(_on_tube(tube, observation) for tube in TUBES)
+    """Return the clips on all tubes: "2 of 3 clips on the duct and the artery cut"."""
+    return joined([_on_tube(tube, observation) for tube in observation.tubes])
 
 
 def within_mm(std_m: Array) -> str:
@@ -153,7 +194,7 @@ def within_mm(std_m: Array) -> str:
 def _on_tube(tube: Tube, observation: Observation) -> str:
     """Return the state of a tube in words: "2 of 3 clips on the duct"."""
     name = structure_seen(tube, observation)
-    if observation.severed[TUBES.index(tube)]:
+    if observation.is_severed(tube):
         return f"the {name} cut"
     return (
         f"{clips_on(tube, observation)} of {clips_needed_on(tube, observation)} clips on the {name}"
@@ -202,9 +243,8 @@ def _line(asked: Asked) -> tuple[str, Array]:
 
 
 def _tubes(observation: Observation) -> list[tuple[str, Array]]:
-    lines = (observation.left_tube_m, observation.right_tube_m)
     return [
-        (structure_seen(tube, observation), line) for tube, line in zip(TUBES, lines, strict=True)
+        (structure_seen(tube, observation), observation.tube_m(tube)) for tube in observation.tubes
     ]
 
 

@@ -15,7 +15,7 @@ from planner.procedure.cholecystectomy import CHOLECYSTECTOMY
 from planner.procedure.procedure import Procedure
 from planner.procedure.task import Task
 from planner.scene.duct_side import duct_side, tube_of
-from planner.scene.next_task import NotNowError, next_task
+from planner.scene.next_task import NotNowError, next_task, require_there
 from tissue_sim.sensing.observation import Observation
 
 OTHER_ARM: dict[Arm, Arm] = {"left": "right", "right": "left"}
@@ -57,7 +57,10 @@ def order_of(said: Said, moment: Moment) -> Order:
     else:
         order = _to_act(said.command.seen(duct_side(moment.observation)), moment)
         order = order if said.size_m is None else replace(order, distance_m=said.size_m)
-    return replace(order, task=moment.ordered) if order.correction else order
+    if order.correction:
+        return replace(order, task=moment.ordered)
+    require_there(order.task and order.task.tube, moment.observation)
+    return order
 
 
 def relative_to(latest: Order | None, said: Relative, size_m: float | None = None) -> Order:
@@ -124,7 +127,9 @@ def _require_side(said: Said, observation: Observation) -> None:
 
 
 def _neighbour(moment: Moment, task: Task, n: int) -> Task:
-    """Return the task n places further in the procedure."""
-    if not moment.procedure.holds(task.index + n):
+    """Return the task before (n = -1) or after (n = 1) a task, of those that the patient has."""
+    tasks = moment.procedure.tasks_with(moment.observation.tubes)
+    after = [one for one in tasks if (one.index - task.index) * n > 0]
+    if not after:
         raise NotNowError(f"{task.text!r} is the {'last' if n > 0 else 'first'} task")
-    return moment.procedure.task(task.index + n)
+    return after[0 if n > 0 else -1]

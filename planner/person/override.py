@@ -16,6 +16,7 @@ from planner.command import COMMANDS, Command
 from planner.instruction import Instruction, Task
 from planner.language.reading import Reading, Said
 from planner.person.answers import answer, doing_in_words
+from planner.person.applier_order import choice_in_words, chosen_applier, tube_meant
 from planner.person.confirmation import Confirmation, ConfirmError, lacking, loss, reading_of
 from planner.person.interpretation import Moment, acts_of, order_of
 from planner.person.orders import Order, OrderProgress
@@ -86,7 +87,6 @@ class PlannerOverridden:
         the planned act. So a `TaskClock` does not count orders of people or forbidden acts. If arms
         are to move slower, the planner's time also runs slower.
         """
-        self._room.update(observation)
         rests, passed_s = self._rests(observation), observation.time_s - self._seen_s
         self._seen_s = observation.time_s
         if rests:
@@ -142,6 +142,8 @@ class PlannerOverridden:
         self.standing.forbid(reading.forbids, observation)
         if reading.speed:
             return self._told_speed(reading, observation)
+        if reading.applier:
+            return self._told_applier(reading, observation)
         if reading.question is not None:
             now = self.in_force(observation)
             said = answer(
@@ -385,6 +387,24 @@ class PlannerOverridden:
             return Answer(instruction=instruction, reply=f"{speed} {given.reply}")
         remark = f"{reading.reply} " if reading.by == "nobody" else ""
         reply = f"{speed} {remark}{self._doing(observation)}"
+        return Answer(instruction=self.in_force(observation), reply=reply)
+
+    def _told_applier(self, reading: Reading, observation: Observation) -> Answer:
+        """Take in the choice of a clip applier, and further requests; the answer names both."""
+        assert reading.applier is not None, "an applier was chosen"
+        try:
+            tube = tube_meant(reading, self.in_force(observation).task, observation)
+            applier = chosen_applier(reading.applier, tube, observation)
+        except NotNowError as refusal:
+            after = f"; nor what was to follow: {_in_order(reading.said)}" if reading.said else ""
+            reply = f"Not done: {refusal}{after}. {self._doing(observation)}"
+            return Answer(instruction=None, reply=reply, refusal=refusal)
+        self.standing.appliers[tube] = applier.name
+        told = choice_in_words(applier, tube, observation)
+        if reading.command is not None:
+            given = self.hear(replace(reading, applier=None), observation)
+            return replace(given, reply=f"{told} {given.reply}")
+        reply = f"{told} {self._doing(observation)}"
         return Answer(instruction=self.in_force(observation), reply=reply)
 
     def _interpret(self, said: Said, observation: Observation) -> Order | None:

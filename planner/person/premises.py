@@ -6,16 +6,16 @@ from collections.abc import Iterable
 from dataclasses import dataclass
 from typing import Literal
 
-from planner.command import TUBES
-from planner.procedure.task import Task, Tube
+from planner.procedure.task import Task
 from planner.scene.duct_side import structure_seen, tube_of
 from planner.scene.next_task import clips_needed_on, clips_on
 from tissue_sim.outcome.clip_rule import USUAL_CLIPS
+from tissue_sim.patient.anatomy import TUBES, USUAL_TUBES, Tube
 from tissue_sim.sensing.observation import Observation
 from tissue_sim.thresholds import HELD_PINCH_N
 
 Claimed = Literal["cut", "clipped", "clip on", "held", "dropped"]
-Where = Literal["duct", "artery", "left tube", "right tube", "both", ""]
+Where = Literal["duct", "artery", "left tube", "right tube", "third tube", "both", ""]
 REASONS: dict[Claimed, str] = {
     "cut": "A tube is cut once its clips are seen on it.",
     "clipped": "A tube gets its clips before it is cut.",
@@ -82,8 +82,10 @@ def _of_the_grasp(claim: Claim, observation: Observation) -> str:
 
 
 def _of_a_tube(claim: Claim, tube: Tube, task: Task, observation: Observation) -> str:
+    if tube not in observation.tubes:
+        return f"There is no {tube} tube here."
     name, count = structure_seen(tube, observation), clips_in_words(tube, observation)
-    severed = bool(observation.severed[TUBES.index(tube)])
+    severed = observation.is_severed(tube)
     n, needed = clips_on(tube, observation), clips_needed_on(tube, observation)
     if severed:
         return ""
@@ -107,6 +109,7 @@ def _tubes(on: Where, task: Task, observation: Observation) -> tuple[Tube, ...]:
     """Return the tubes that are meant; if none is named, the tube at hand."""
     if on in ("duct", "artery"):
         return (tube_of(on, observation),)
-    if on in ("left tube", "right tube"):
-        return ("left" if on == "left tube" else "right",)
-    return (task.tube,) if on == "" and task.tube else TUBES
+    if on == "both":
+        return USUAL_TUBES
+    named: tuple[Tube, ...] = tuple(tube for tube in TUBES if on == f"{tube} tube")
+    return named or ((task.tube,) if task.tube else observation.tubes)

@@ -6,19 +6,18 @@ from collections.abc import Collection
 from dataclasses import dataclass, replace
 from typing import Literal, get_args
 
-from planner.command import TUBES
+from planner.command import Structure
 from planner.procedure.task import Task
 from planner.scene.duct_side import structure_seen, tube_of
 from planner.scene.next_task import clips_needed_on, clips_on
 from planner.scene.predicates import OPEN_RAD
+from tissue_sim.patient.anatomy import TUBES
 from tissue_sim.sensing.observation import Observation
 
 Act = Literal["clip", "cut", "open"]
 ACTS: tuple[Act, ...] = get_args(Act)
-_OTHER = {
-    "duct": "artery", "artery": "duct", "left tube": "right tube", "right tube": "left tube",
-    "left gripper": "right gripper", "right gripper": "left gripper",
-}  # fmt: skip
+STRUCTURES: tuple[Structure, ...] = get_args(Structure)
+_ALL_OF = {"clip": STRUCTURES, "cut": STRUCTURES, "open": ("left gripper", "right gripper")}
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -27,8 +26,8 @@ class Prohibition:
 
     Attributes:
         act: The forbidden act.
-        on: "duct", "artery", "left tube", "right tube", "left gripper" or "right gripper"; "" for
-            any.
+        on: "duct", "artery", "second artery", "left tube", "right tube", "third tube", "left
+            gripper" or "right gripper"; "" for any.
     """
 
     act: Act
@@ -55,11 +54,21 @@ class Prohibition:
         """Return whether this prohibition, or allowance, includes the other one."""
         return self.act == other.act and self.on in ("", other.on)
 
+    def is_possible(self, observation: Observation) -> bool:
+        """Return whether the act's tube is there; other acts are always possible."""
+        tube = tube_of(self.on, observation) if self.on in STRUCTURES else None
+        return tube is None or tube in observation.tubes
+
     def without(self, allowed: Prohibition) -> tuple[Prohibition, ...]:
-        """Return the rest after an allowance: "cut" without "cut duct" is "cut artery"."""
+        """Return the rest after an allowance: "clip duct" is no part of "clip" any more.
+
+        A second artery that is not seen yet stays forbidden.
+        """
         if allowed.covers(self):
             return ()
-        return (replace(self, on=_OTHER[allowed.on]) if self.covers(allowed) else self,)
+        if not self.covers(allowed):
+            return (self,)
+        return tuple(replace(self, on=one) for one in _ALL_OF[self.act] if one != allowed.on)
 
 
 def act_of(task: Task, observation: Observation) -> Prohibition | None:
@@ -88,10 +97,12 @@ def already_so(ban: Prohibition, observation: Observation) -> str:
         arms = [k for k, side in enumerate(("left", "right")) if named == f"{side} gripper"]
         is_open = any(observation.joints[k, -1] >= OPEN_RAD for k in arms)
         return f"The {named} is open already." if is_open else ""
-    if named not in ("duct", "artery"):
+    if named not in STRUCTURES:
         return ""
     tube = tube_of(named, observation)
-    if observation.severed[TUBES.index(tube)]:
+    if tube not in observation.tubes:
+        return f"There is no {tube} tube here."
+    if observation.is_severed(tube):
         return f"The {named} is cut already."
     n = clips_on(tube, observation)
     has_all = ban.act == "clip" and n >= clips_needed_on(tube, observation)

@@ -6,20 +6,18 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from planner.command import TUBES
 from planner.person.findings import Asked
 from planner.person.premises import clips_in_words
-from planner.procedure.task import Tube
 from planner.scene.duct_side import structure_seen
-from planner.scene.next_task import clips_needed_on, clips_on, lying_on, next_of_all
+from planner.scene.in_words import all_tubes
+from planner.scene.next_task import applier_on, clips_needed_on, clips_on, lying_on, next_of_all
 from planner.scene.predicates import has_slipped
 from tissue_sim.frames import Array
+from tissue_sim.patient.anatomy import Tube
 from tissue_sim.sensing.observation import MAX_CLIPS, TUBE_POINTS, Observation
 from tissue_sim.sensing.polyline import nearest_on
 from tissue_sim.thresholds import CUFF_MIN_M
-from tissue_sim.tools.instruments import CLIP_WIDTH_M
-
-CUT_GAP_M = CLIP_WIDTH_M + 2.0 * CUFF_MIN_M  # between middles of the clips beside a cut
+from tissue_sim.tools.instruments import clip_of
 
 
 def safe(asked: Asked) -> str:
@@ -29,9 +27,9 @@ def safe(asked: Asked) -> str:
         asked.observation,
     )
     if tube is None:
-        return "Both tubes are cut already."
+        return f"{all_tubes(observation).capitalize()} are cut already."
     name = structure_seen(tube, observation)
-    if observation.severed[TUBES.index(tube)]:
+    if observation.is_severed(tube):
         return f"The {name} is cut already."
     forbidden = asked.instruction.forbidden
     against = [*_against_cut(tube, observation), *_against(name, "cut", forbidden, observation)]
@@ -54,7 +52,7 @@ def _against_cut(tube: Tube, observation: Observation) -> Iterator[str]:
             if n
             else f"it needs {needed} clips, and no clip is on it"
         )
-    elif gap_m(tube, observation) < CUT_GAP_M:
+    elif gap_m(tube, observation) < cut_gap_m(tube, observation):
         yield f"only {_room(tube, observation)}"
 
 
@@ -73,14 +71,19 @@ def gap_m(tube: Tube, observation: Observation) -> float:
     These clips are the highest and the next lower one.
     """
     low, high = np.sort(_places(tube, observation))[-2:]
-    return float(high - low) * float(observation.rest_length_m[TUBES.index(tube)])
+    return float(high - low) * observation.length_m(tube)
+
+
+def cut_gap_m(tube: Tube, observation: Observation) -> float:
+    """Return the least distance between the middles of the clips beside a cut of a tube."""
+    return clip_of(applier_on(tube, observation)).width_m + 2.0 * CUFF_MIN_M
 
 
 def _room(tube: Tube, observation: Observation) -> str:
     apart_mm = 1e3 * gap_m(tube, observation)
     return (
         f"{clips_in_words(tube, observation)}, and {apart_mm:.1f} mm apart beside the cut,"
-        f" which needs {1e3 * CUT_GAP_M:.1f} mm with its cuffs"
+        f" which needs {1e3 * cut_gap_m(tube, observation):.1f} mm with its cuffs"
     )
 
 

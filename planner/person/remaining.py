@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-from planner.command import TUBES
 from planner.person.findings import Asked
 from planner.procedure.cholecystectomy import CHOLECYSTECTOMY
 from planner.procedure.procedure import Procedure
 from planner.procedure.task import Task
+from planner.scene.in_words import all_tubes
 from planner.scene.next_task import clips_needed_on, clips_on
 from planner.scene.predicates import is_back, pulls
 from tissue_sim.outcome.clip_rule import USUAL_CLIPS
@@ -19,7 +19,8 @@ def left(asked: Asked) -> str:
     """Return in words the number of remaining steps, and an estimate of their time."""
     tasks = tasks_left(asked.instruction.task, asked.observation, asked.procedure)
     if not tasks:
-        cut = "both tubes are cut, and " if asked.observation.severed.all() else ""
+        seen = asked.observation
+        cut = f"{all_tubes(seen)} are cut, and " if seen.all_severed else ""
         return f"No step is left: {cut}the arm is back."
     many = "1 step is" if len(tasks) == 1 else f"{len(tasks)} steps are"
     if any(task.traits.typical_s is None for task in tasks):
@@ -41,10 +42,11 @@ def tasks_left(
         observation: The present observation.
         procedure: The procedure under way.
     """
-    grabs = task.grasps and not pulls(observation) and not observation.severed.all()
+    grabs = task.grasps and not pulls(observation) and not observation.all_severed
     returns = task.goes_back and not is_back(observation)
     begun = [task] if grabs or returns else []
-    return begun + [one for one in procedure.tasks if _is_left(one, task, observation, procedure)]
+    there = procedure.tasks_with(observation.tubes)
+    return begun + [one for one in there if _is_left(one, task, observation, procedure)]
 
 
 def typical_s(tasks: list[Task], observation: Observation) -> float:
@@ -65,7 +67,7 @@ def _is_left(task: Task, present: Task, observation: Observation, procedure: Pro
     if deed.tube is None or not deed.is_deed:
         under_way = task == present and not (task.grasps or task.goes_back)
         return task.index > present.index or under_way
-    if observation.severed[TUBES.index(deed.tube)]:
+    if observation.is_severed(deed.tube):
         return False
     n, needed = clips_on(deed.tube, observation), clips_needed_on(deed.tube, observation)
     return deed.severs or (n < needed and (deed.clip or 1) in (*range(n + 1, needed), USUAL_CLIPS))

@@ -1,4 +1,4 @@
-"""Keep a person's words that stand until other words: prohibitions, and the arms' speed."""
+"""Keep a person's words that stand until other words: prohibitions, appliers, and the speed."""
 
 from __future__ import annotations
 
@@ -8,6 +8,7 @@ from dataclasses import replace
 from planner.instruction import Instruction
 from planner.person.prohibition import Prohibition, act_of
 from planner.procedure.task import Task
+from tissue_sim.patient.anatomy import Tube
 from tissue_sim.sensing.observation import Observation
 
 SPEEDS = {"slower": 0.5, "half": 0.5, "normal": 1.0, "faster": 2.0}
@@ -15,16 +16,18 @@ SLOWEST, FASTEST = 0.125, 1.0  # shares of the usual speed, which is that of the
 
 
 class Standing:
-    """Keeps forbidden acts until they are allowed, and the speed until another is requested.
+    """Keeps forbidden acts until they are allowed, and wishes until other ones are told.
 
     Attributes:
         forbidden: Forbidden acts, with tubes as structures.
         speed: Share of the usual speed.
+        appliers: Name of the clip applier that a person chose for a tube.
     """
 
     def __init__(self) -> None:
         self.forbidden: set[Prohibition] = set()
         self.speed = 1.0
+        self.appliers: dict[Tube, str] = {}
 
     def forbid(self, acts: Iterable[Prohibition], observation: Observation) -> None:
         """Forbid acts until they are allowed."""
@@ -38,8 +41,9 @@ class Standing:
             return ""
         lifted = {one for one in self.forbidden - left if allowed.covers(one)} or {allowed}
         self.forbidden = left
-        still = f" Still forbidden: {', '.join(_listed(left))}." if left else ""
-        return f"Allowed again: {', '.join(_listed(lifted))}.{still}"
+        rest = ", ".join(_listed(left, observation))
+        still = f" Still forbidden: {rest}." if rest else ""
+        return f"Allowed again: {', '.join(_listed(lifted, observation))}.{still}"
 
     def covered_by(self, said: Prohibition, observation: Observation) -> bool:
         """Return whether an allowance would lift any ban."""
@@ -49,6 +53,10 @@ class Standing:
     def forbids(self, act: Prohibition) -> bool:
         """Return whether an act is forbidden."""
         return any(one.covers(act) for one in self.forbidden)
+
+    def listed(self, observation: Observation) -> tuple[str, ...]:
+        """Return the forbidden acts in words."""
+        return _listed(self.forbidden, observation)
 
     def forbidden_in(self, task: Task, observation: Observation) -> Prohibition | None:
         """Return the act of a task if it is forbidden."""
@@ -67,7 +75,10 @@ class Standing:
         if act is not None:
             why = f"You forbade: {act.in_words}."
             asked = replace(asked, correction=None, hold=True, remark=why)
-        return replace(asked, forbidden=_listed(self.forbidden), speed=self.speed)
+        task = asked.task
+        tool = self.appliers.get(task.tube, "") if task.tube and task.places_clip else ""
+        forbidden = self.listed(observation)
+        return replace(asked, tool=tool, forbidden=forbidden, speed=self.speed)
 
     def set_speed(self, said: str) -> None:
         """Take in "slower", "half", "normal" or "faster"."""
@@ -75,5 +86,7 @@ class Standing:
         self.speed = min(max(factor, SLOWEST), FASTEST)
 
 
-def _listed(acts: Iterable[Prohibition]) -> tuple[str, ...]:
-    return tuple(sorted(one.in_words for one in acts))
+def _listed(acts: Iterable[Prohibition], observation: Observation) -> tuple[str, ...]:
+    """Return acts in words, without those on a tube that is not there, or not seen yet."""
+    there = [one for one in acts if one.is_possible(observation)]
+    return tuple(sorted(one.in_words for one in there))

@@ -1,6 +1,7 @@
-"""List the 17 tasks of the clipping-and-cutting step of a cholecystectomy (arXiv 2505.10251).
+"""List the tasks of the clipping-and-cutting step of a cholecystectomy (arXiv 2505.10251).
 
-The words are those of SRT-H.
+The first 17 tasks and their words are those of SRT-H. A patient with a second artery has eight more
+tasks, in the same words: those of the third tube.
 """
 
 from __future__ import annotations
@@ -8,7 +9,8 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 from planner.procedure.procedure import Procedure
-from planner.procedure.task import Task, Tube
+from planner.procedure.task import Task
+from tissue_sim.patient.anatomy import Tube
 from tissue_sim.tools.instruments import CLIP_APPLIER, SCISSORS
 
 
@@ -29,16 +31,22 @@ TASKS: tuple[Task, ...] = (
     GRAB,
     *_tasks_of("left", first_index=2),
     *_tasks_of("right", first_index=10),
+    *_tasks_of("third", first_index=18),
 )
 
 CHOLECYSTECTOMY = Procedure(name="cholecystectomy", tasks=TASKS)
-"""The procedure of SRT-H, which the learned policies and the language know."""
+"""The procedure of SRT-H, with the third tube, which the learned policies and the language know."""
+
+
+def duct_first(duct: Tube) -> tuple[Task, ...]:
+    """Return the tasks in the order for an artery that crosses the duct: the duct's tube first."""
+    return tuple(sorted(TASKS, key=lambda task: (task.is_optional, task.tube not in (None, duct))))
 
 
 def task_from_text(text: str) -> Task:
     """Return the task with this text.
 
     Raises:
-        ValueError: No task has this text; the message lists the 17 allowed texts.
+        ValueError: No task has this text; the message lists the 25 allowed texts.
     """
     return CHOLECYSTECTOMY.named(text)

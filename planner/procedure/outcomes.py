@@ -10,9 +10,10 @@ from planner.procedure.procedure import Procedure
 from planner.procedure.task import Task
 from planner.procedure.task_kind import entry_of
 from tissue_sim.outcome import room
-from tissue_sim.outcome.clip_rule import USUAL_CLIPS, clips_needed
+from tissue_sim.outcome.clip_rule import USUAL_CLIPS
 from tissue_sim.outcome.predicates import (
     clip_placed,
+    clips_needed_on,
     gallbladder_grasped,
     right_arm_back,
     tube_cut,
@@ -47,17 +48,20 @@ class ClipPlaced(TaskOutcome):
     """The task's clip, and the clips before it, sit well on the tube."""
 
     def is_done(self, task: Task, world: World) -> bool:
-        return clip_placed(world, structure_of(task, world), task.clip or 1)
+        tube = structure_of(task, world)
+        return bool(tube) and clip_placed(world, tube, task.clip or 1)
 
 
 class TubeCut(TaskOutcome):
     """The tube is cut between its clips; a tube that was severed badly is not cut again."""
 
     def is_done(self, task: Task, world: World) -> bool:
-        return tube_cut(world, structure_of(task, world))
+        tube = structure_of(task, world)
+        return bool(tube) and tube_cut(world, tube)
 
     def is_over(self, task: Task, world: World) -> bool:
-        return tube_severed(world, structure_of(task, world)) or self.is_done(task, world)
+        tube = structure_of(task, world)
+        return bool(tube) and (tube_severed(world, tube) or self.is_done(task, world))
 
 
 class RightArmBack(TaskOutcome):
@@ -100,15 +104,24 @@ def task_over(task: Task, world: World) -> bool:
 def is_needed(task: Task, world: World) -> bool:
     """Return whether the procedure on this patient has the task.
 
-    A tube without room for three clips gets the first, which stays in the patient, and the third,
-    on the gallbladder's side of the cut.
+    An optional task needs its tube. A tube without room for three clips gets the first, which stays
+    in the patient, and the third, on the gallbladder's side of the cut.
     """
+    tube = structure_of(task, world)
+    if not has_tube(task, world.anatomy):
+        return False
     if task.clip in (None, USUAL_CLIPS):
         return True
-    tube = structure_of(task, world)
-    return task.clip < clips_needed(tube, world.tubes.length_m[tube])
+    return task.clip < clips_needed_on(world, tube)
 
 
 def structure_of(task: Task, world: World) -> str:
-    """Return the structure ("duct", "artery") of the task's tube in this patient, or ""."""
-    return world.anatomy.structure(task.tube) if task.tube else ""
+    """Return the structure of the task's tube; "" for no tube, or a tube that is not there."""
+    if task.tube is None or not has_tube(task, world.anatomy):
+        return ""
+    return world.anatomy.structure(task.tube)
+
+
+def has_tube(task: Task, anatomy: Anatomy) -> bool:
+    """Return whether a patient has the task's tube; true for a task on no tube."""
+    return task.tube is None or task.tube in anatomy.tubes

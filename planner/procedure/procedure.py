@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -20,8 +20,8 @@ class Procedure:
 
     Raises:
         ValueError: The procedure has no task, indices do not count from 1, words are not unique, a
-            clip or cut has no retraction behind it, the last task is no retraction, or a task is
-            impossible.
+            clip or cut has no retraction behind it, the last task is no retraction, a task is
+            impossible, or all tasks are optional.
     """
 
     name: str
@@ -44,6 +44,8 @@ class Procedure:
                 yield f"task {task.index}: {why}"
             if task.is_deed and self.retraction_after(task) is None:
                 yield f"no retraction after {task.text!r}"
+        if all(task.is_optional for task in self.tasks):
+            yield "it needs a task for every patient"
         if not self.tasks[-1].goes_back:
             yield "its last task must be a retraction"
 
@@ -87,6 +89,11 @@ class Procedure:
         """Return the task before in the usual order: the clip or cut of a retraction."""
         return self.task(task.index - 1)
 
+    def tasks_with(self, tubes: Iterable[str]) -> tuple[Task, ...]:
+        """Return the tasks of a patient with these tubes: optional tasks need their own tube."""
+        there = set(tubes)
+        return tuple(task for task in self.tasks if not task.is_optional or task.tube in there)
+
     def may_end_with(self, task: Task, severed: Mapping[str, bool]) -> bool:
         """Return whether nothing is left after a task.
 
@@ -95,11 +102,12 @@ class Procedure:
 
         Args:
             task: The task in force.
-            severed: Whether each tube is observed in two parts, by "left" and "right".
+            severed: Whether each tube that is there is observed in two parts, by its name.
         """
-        to_cut = [t.tube for t in self.tasks if t.severs and t.tube is not None]
+        tasks = self.tasks_with(severed)
+        to_cut = [t.tube for t in tasks if t.severs and t.tube is not None]
         if not to_cut:
-            return task == self.tasks[-1]
+            return task == tasks[-1]
         return task.goes_back and all(severed[tube] for tube in to_cut)
 
     def of(self, deed: str, tube: str, clip: int | None) -> Task:

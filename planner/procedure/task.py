@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Literal, get_args
 
 from planner.procedure.task_kind import KINDS, Deed, TaskKind, entry_of
 from tissue_sim.outcome.clip_rule import USUAL_CLIPS
+from tissue_sim.patient.anatomy import TUBES, USUAL_TUBES, Tube
 from tissue_sim.tools.instruments import INSTRUMENTS, right_tools
 
-Tube = Literal["left", "right"]
+OPTIONAL_TUBES: tuple[Tube, ...] = TUBES[len(USUAL_TUBES) :]  # in part of the patients only
 CLIP_NUMBERS = tuple(range(1, USUAL_CLIPS + 1))  # on a tube
 
 
@@ -21,7 +21,8 @@ class Task:
         index: Place in the procedure, from 1.
         text: The words of a surgeon, unique to the task.
         kind: Kind of the task, a key of `planner.procedure.task_kind.KINDS`.
-        tube: The tube of the task, as the endoscope shows it; None for a task on no tube.
+        tube: The tube of the task, as the endoscope shows it; None for a task on no tube. Only a
+            patient with a second artery has the third tube.
         clip: Number of the clip on the tube, 1 to 3; None if the task has no clip.
         right_tool: The tool that the right arm must hold, a key of
             `tissue_sim.tools.instruments.INSTRUMENTS`; the left arm always holds the grasper.
@@ -44,8 +45,8 @@ class Task:
             return f"unknown kind {self.kind!r}; allowed: {', '.join(KINDS)}"
         if self.right_tool not in tools:
             return f"no {self.right_tool!r} for the right arm; allowed: {', '.join(tools)}"
-        if self.tube not in (None, *get_args(Tube)):
-            return f"unknown tube {self.tube!r}; allowed: {', '.join(get_args(Tube))}, None"
+        if self.tube not in (None, *TUBES):
+            return f"unknown tube {self.tube!r}; allowed: {', '.join(TUBES)}, None"
         if self.is_deed and (self.tube is None or tools[self.right_tool] != self.deed):
             able = ", ".join(name for name, deed in tools.items() if deed == self.deed)
             return f"to {self.deed}, it needs a tube, and one of these tools: {able}"
@@ -58,6 +59,11 @@ class Task:
     def traits(self) -> TaskKind:
         """Return what tasks of this kind do."""
         return entry_of(self.kind, KINDS, "KINDS")
+
+    @property
+    def is_optional(self) -> bool:
+        """Return whether the task belongs only to patients that have its tube."""
+        return self.tube in OPTIONAL_TUBES
 
     @property
     def grasps(self) -> bool:

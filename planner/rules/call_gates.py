@@ -8,7 +8,7 @@ import numpy as np
 
 from planner.base import PLANNING_PERIOD_S
 from tissue_sim.frames import Array
-from tissue_sim.sensing.observation import POINTS, Observation
+from tissue_sim.sensing.observation import TUBE_ROWS, Observation
 
 GAP_S = 2.0 * PLANNING_PERIOD_S  # after a longer one, a gate begins anew
 BLURRED_M = 0.0016
@@ -30,8 +30,8 @@ class SightGate:
 
     def update(self, observation: Observation) -> None:
         """Take in one observation; after a gap (a hold, an exchange of tools) begin anew."""
-        tubes = slice(POINTS["left_tube_m"] + POINTS["right_tube_m"])
-        is_clear = np.median(observation.std_m[tubes]) <= BLURRED_M
+        stds_m = [observation.std_m[TUBE_ROWS[tube]] for tube in observation.tubes]
+        is_clear = np.median(stds_m) <= BLURRED_M
         if is_clear or observation.time_s - self._now_s > GAP_S:
             self._clear_s = observation.time_s
         self._now_s = observation.time_s

@@ -1,4 +1,4 @@
-"""Decide which of the two tubes is the cystic duct, from the observation alone."""
+"""Decide which of the two usual tubes is the cystic duct, from the observation alone."""
 
 from __future__ import annotations
 
@@ -7,11 +7,13 @@ from math import erf, sqrt
 import numpy as np
 
 from planner.command import Structure, tube_where
-from planner.procedure.task import Tube
+from planner.procedure.task import OPTIONAL_TUBES
 from tissue_sim.frames import Array
-from tissue_sim.sensing.observation import TUBE_POINTS, Observation
+from tissue_sim.patient.anatomy import USUAL_TUBES, Tube
+from tissue_sim.sensing.observation import ROWS, TUBE_POINTS, Observation
 
-_LEFT_END, _RIGHT_END, _NECK = TUBE_POINTS - 1, 2 * TUBE_POINTS - 1, 2 * TUBE_POINTS  # in `std_m`
+# In `std_m`.
+_LEFT_END, _RIGHT_END, _NECK = TUBE_POINTS - 1, 2 * TUBE_POINTS - 1, ROWS["sac_m"].start
 
 
 def duct_side(observation: Observation) -> Tube:
@@ -26,8 +28,7 @@ def duct_side(observation: Observation) -> Tube:
 
 def from_neck_m(observation: Observation) -> Array:
     """Return vectors (2, 3) from the gallbladder's neck to the upper ends of both tubes."""
-    ends_m = np.array([observation.left_tube_m[-1], observation.right_tube_m[-1]])
-    return ends_m - observation.sac_m[0]
+    return observation.tubes_m[: len(USUAL_TUBES), -1] - observation.sac_m[0]
 
 
 def side_confidence(observation: Observation) -> float:
@@ -46,7 +47,9 @@ def side_confidence(observation: Observation) -> float:
 
 
 def structure_seen(tube: Tube, observation: Observation) -> Structure:
-    """Return the structure of a tube."""
+    """Return the structure of a tube; the third tube is the second artery."""
+    if tube in OPTIONAL_TUBES:
+        return "second artery"
     return "duct" if tube == duct_side(observation) else "artery"
 
 

@@ -2,15 +2,15 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from math import degrees
 
 import numpy as np
 
-from planner.command import TUBES
-from planner.procedure.task import Tube
 from planner.scene.duct_side import structure_seen
 from planner.scene.next_task import clips_on
 from tissue_sim.frames import Array
+from tissue_sim.patient.anatomy import USUAL_TUBES, Tube
 from tissue_sim.sensing.observation import Observation
 from tissue_sim.sensing.polyline import distance_to_line_m
 from tissue_sim.tools.arms import LEFT_ARM, RIGHT_ARM
@@ -25,9 +25,19 @@ def scene_in_words(observation: Observation) -> str:
             f"Time: {observation.time_s:.0f} s.",
             _left_arm(observation),
             _right_arm(observation),
-            *(_tube(tube, observation) for tube in TUBES),
+            *(_tube(tube, observation) for tube in observation.tubes),
         )
     )
+
+
+def all_tubes(observation: Observation) -> str:
+    """Return the words for all tubes that are there: "both tubes"."""
+    return "both tubes" if len(observation.tubes) == len(USUAL_TUBES) else "all three tubes"
+
+
+def joined(parts: Sequence[str]) -> str:
+    """Return parts of a sentence as a list in words: "one, two and three"."""
+    return " and ".join(filter(None, (", ".join(parts[:-1]), parts[-1])))
 
 
 def way_in_words(way_m: Array) -> str:
@@ -53,7 +63,7 @@ def _right_arm(observation: Observation) -> str:
     if observation.right_instrument.deed == "clip":
         tool += ", loaded" if observation.clip_loaded else ", without a clip"
     tip = observation.tips_endoscope[RIGHT_ARM, :3, 3]
-    ways = "; ".join(_way_to(tube, tip, observation) for tube in TUBES)
+    ways = "; ".join(_way_to(tube, tip, observation) for tube in observation.tubes)
     return f"Right arm: {tool}; {ways}."
 
 
@@ -75,8 +85,8 @@ def _tube(tube: Tube, observation: Observation) -> str:
     line = observation.tube_m(tube)
     along_m = np.linalg.norm(np.diff(line, axis=0), axis=1).sum()
     straight = np.linalg.norm(line[-1] - line[0]) / max(along_m, 1e-9)
-    rest_mm = 1e3 * observation.rest_length_m[TUBES.index(tube)]
-    parts = "in two parts" if observation.severed[TUBES.index(tube)] else "in one part"
+    rest_mm = 1e3 * observation.length_m(tube)
+    parts = "in two parts" if observation.is_severed(tube) else "in one part"
     return (
         f"{tube.capitalize()} tube ({structure_seen(tube, observation)}):"
         f" {clips_on(tube, observation)} clips, {parts}, {100 * straight:.0f} % straight,"

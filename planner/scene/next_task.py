@@ -5,13 +5,17 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from planner.command import TUBES, Deed
+from planner.command import Deed
 from planner.procedure.cholecystectomy import CHOLECYSTECTOMY
-from planner.procedure.task import Task, Tube
+from planner.procedure.task import Task
+from planner.scene.crossing import tubes_in_order
 from planner.scene.duct_side import structure_seen
 from tissue_sim.outcome.clip_rule import USUAL_CLIPS, clips_needed
+from tissue_sim.patient.anatomy import Tube
 from tissue_sim.sensing.observation import MAX_CLIPS, Observation
 from tissue_sim.sensing.polyline import distance_to_line_m
+from tissue_sim.tools.clips import CLIPS, ClipKind
+from tissue_sim.tools.instruments import Instrument, applier_for, applier_of, clip_of
 
 RATHER_MORE = 1.0  # standard deviations of a length; chosen on tuning patients
 ON_TUBE_M = 0.004  # from a clip's middle to the tube's centreline; assumed, about a tube's width
@@ -35,11 +39,12 @@ def next_task(deed: Deed, tube: Tube, observation: Observation) -> Task:
 
     Raises:
         DoneAlreadyError: The tube is cut, or has all its clips.
-        NotNowError: The tube lacks the clips that a cut needs.
+        NotNowError: The tube is not there, or lacks the clips that a cut needs.
     """
+    require_there(tube, observation)
     n_clips = clips_on(tube, observation)
     n_needed = clips_needed_on(tube, observation)
-    if observation.severed[TUBES.index(tube)]:
+    if observation.is_severed(tube):
         raise DoneAlreadyError(f"the {tube} tube is cut already")
     if deed == "clip" and n_clips >= n_needed:
         raise DoneAlreadyError(f"the {tube} tube has its {n_needed} clips")
@@ -50,10 +55,20 @@ def next_task(deed: Deed, tube: Tube, observation: Observation) -> Task:
     return CHOLECYSTECTOMY.of(deed, tube, clip)
 
 
+def require_there(tube: Tube | None, observation: Observation) -> None:
+    """Require that a patient has a tube.
+
+    Raises:
+        NotNowError: The tube is not there.
+    """
+    if tube is not None and tube not in observation.tubes:
+        raise NotNowError(f"there is no {tube} tube here")
+
+
 def next_of_all(observation: Observation) -> Task | None:
     """Return the procedure's first clip or cut that is not observed as done; None if all are."""
-    for tube, severed in zip(TUBES, observation.severed, strict=True):
-        if not severed:
+    for tube in tubes_in_order(observation):
+        if not observation.is_severed(tube):
             lacks = clips_on(tube, observation) < clips_needed_on(tube, observation)
             return next_task("clip" if lacks else "cut", tube, observation)
     return None
@@ -65,9 +80,28 @@ def clips_needed_on(tube: Tube, observation: Observation, *, stds: float = RATHE
     A third clip usually finds its place on a tube that is a little too short for three clips. A
     tube with one clip too few is not done.
     """
-    k = TUBES.index(tube)
-    length_m = observation.rest_length_m[k] + stds * observation.rest_length_std_m[k]
-    return clips_needed(structure_seen(tube, observation), float(length_m))
+    length_m = observation.length_m(tube) + stds * observation.length_std_m(tube)
+    structure, applier = structure_seen(tube, observation), applier_on(tube, observation)
+    return clips_needed(structure, length_m, applier)
+
+
+def applier_on(tube: Tube, observation: Observation) -> Instrument:
+    """Return the applier for a tube: of the first clip on it, else by the tube's seen width."""
+    kinds = zip(clip_kinds(tube, observation), lying_on(tube, observation), strict=True)
+    kind = next((kind for kind, lies in kinds if lies), None)
+    return applier_of(kind) if kind else _applier_by_width(tube, observation)
+
+
+def clip_kinds(tube: Tube, observation: Observation) -> list[ClipKind]:
+    """Return the kinds of the clips in `clips_m`; an unknown one is taken for the tube's own."""
+    own = clip_of(_applier_by_width(tube, observation))
+    n = min(observation.n_clips, MAX_CLIPS)
+    known = [CLIPS[name] for name in observation.clip_kinds[-MAX_CLIPS:]]
+    return known if len(known) == n else [own] * n
+
+
+def _applier_by_width(tube: Tube, observation: Observation) -> Instrument:
+    return applier_for(2.0 * observation.radius_m(tube))
 
 
 def clips_on(tube: Tube, observation: Observation) -> int:
@@ -76,11 +110,8 @@ def clips_on(tube: Tube, observation: Observation) -> int:
 
 
 def lying_on(tube: Tube, observation: Observation) -> NDArray[np.bool_]:
-    """Return which clips (n,) lie on a tube: near the tube, and nearer than to the other tube."""
+    """Return which clips (n,) lie on a tube: near the tube, and nearer than to each other tube."""
     clips_m = observation.clips_m[: min(observation.n_clips, MAX_CLIPS)]
-    away_m = {
-        "left": distance_to_line_m(clips_m, observation.left_tube_m),
-        "right": distance_to_line_m(clips_m, observation.right_tube_m),
-    }
-    other: Tube = "right" if tube == "left" else "left"
-    return (away_m[tube] <= ON_TUBE_M) & (away_m[tube] < away_m[other])
+    away_m = {t: distance_to_line_m(clips_m, observation.tube_m(t)) for t in observation.tubes}
+    own_m = away_m.pop(tube, np.full(len(clips_m), np.inf))
+    return (own_m <= ON_TUBE_M) & (own_m < np.min([*away_m.values()], axis=0))

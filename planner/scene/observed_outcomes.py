@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
-from planner.command import TUBES
 from planner.procedure.task import Task
 from planner.procedure.task_kind import entry_of
 from planner.scene.next_task import clips_needed_on, clips_on
@@ -25,7 +24,7 @@ def clip_observed(task: Task, observation: Observation) -> bool:
 def cut_observed(task: Task, observation: Observation) -> bool:
     """Return whether the tube is observed in two parts."""
     assert task.tube is not None, "a cut is of a tube"
-    return bool(observation.severed[TUBES.index(task.tube)])
+    return observation.is_severed(task.tube)
 
 
 def back_observed(task: Task, observation: Observation) -> bool:

@@ -6,6 +6,7 @@ import numpy as np
 import torch
 
 from tissue_sim.frames import Array, unit
+from tissue_sim.patient.anatomy import USUAL_TUBES
 from tissue_sim.sensing.observation import Observation, fields, tip_to_tubes_m
 from tissue_sim.sensing.tissue_features import gap_m
 from tissue_sim.thresholds import (
@@ -89,11 +90,10 @@ def is_grasped(observation: Observation) -> bool:
 
 
 def lacking_m(observation: Observation) -> Array:
-    """Return the distances (2,) by which each tube's ends must part until it is surely straight."""
-    chords_m = [
-        tube_m[-1] - tube_m[0] for tube_m in (observation.left_tube_m, observation.right_tube_m)
-    ]
-    return STRAIGHT * observation.rest_length_m - np.linalg.norm(chords_m, axis=1)
+    """Return the distances (n,) by which each tube's ends must part until it is surely straight."""
+    tubes_m = observation.tubes_m[: len(USUAL_TUBES)]
+    chords_m = np.linalg.norm(tubes_m[:, -1] - tubes_m[:, 0], axis=1)
+    return STRAIGHT * observation.rest_length_m[: len(USUAL_TUBES)] - chords_m
 
 
 def is_back(observation: Observation) -> bool:

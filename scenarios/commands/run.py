@@ -170,9 +170,9 @@ class Run(EpisodeOptions):
             session = self._session() if self.view else None
             if session is not None:
                 stack.enter_context(page_of(session, LOCAL, None))
-            n_tasks = len(procedure_named(self.procedure).tasks)
+            procedure = procedure_named(self.procedure)
             display = stack.enter_context(
-                ProgressDisplay(self.episodes, Terminal(stderr=True), n_tasks)
+                ProgressDisplay(self.episodes, Terminal(stderr=True), procedure)
             )
             observers: list[Observer] = [display]
             if self.video is not None:

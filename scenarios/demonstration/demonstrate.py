@@ -155,13 +155,13 @@ def begun(demonstration: PlannedDemonstration, *, render: bool = False) -> Runni
     from scenarios.loop.episode_config import EpisodeConfig
     from scenarios.loop.senses import make_sense
     from scenarios.perturbation.effects import Effects
-    from scenarios.run_episode import patient_on_table
+    from scenarios.run_episode import anatomy_of, patient_on_table
 
     seed, scenario = demonstration.seed, demonstration.scenario
     rng = np.random.default_rng([0xDE30, seed])
     noise = (NOISE,) if demonstration.noise and not demonstration.is_rollout else ()
-    effects = Effects((*failures(scenario, rng), *noise), seed)
     config = EpisodeConfig(seed=seed, scenario=scenario, **_choices(demonstration))
+    effects = Effects((*failures(scenario, anatomy_of(config), rng), *noise), seed)
     world = patient_on_table(config, effects, render=render)
     sense = make_sense(config, effects)
     return Episode(

@@ -11,7 +11,8 @@ import numpy as np
 
 from controller.expert.skills import among_tissue
 from controller.expert.targets import clip_pose
-from planner.procedure.outcomes import structure_of
+from planner.procedure.cholecystectomy import CHOLECYSTECTOMY
+from planner.procedure.outcomes import has_tube, structure_of
 from planner.procedure.task import Task
 from scenarios.catalogue import SCENARIOS
 from scenarios.loop.step import Step
@@ -21,6 +22,7 @@ from tissue_sim.thresholds import CLIPS_LEFT_MAX
 from tissue_sim.tools.arms import LEFT_ARM, RIGHT_ARM
 
 if TYPE_CHECKING:
+    from tissue_sim.patient.anatomy import Anatomy
     from tissue_sim.world import World
 
 MAX_FAILURES = 3  # in an episode, each in a different task; fewer dropped clips: more injure
@@ -29,17 +31,20 @@ SLIP, HOOK, DROP = "grasp-slip", "grasp-hooked", "clip-dropped"
 PAST_M = 0.001  # of the tube, half of the weakest overshoot
 
 
-def failures(scenario: str, rng: np.random.Generator) -> tuple[Perturbation, ...]:
-    """Draw the scenario's perturbation in several tasks, with random magnitudes."""
+def failures(scenario: str, anatomy: Anatomy, rng: np.random.Generator) -> tuple[Perturbation, ...]:
+    """Draw the scenario's perturbation in several of the patient's tasks, with random magnitudes.
+
+    Only a patient with a second artery has the tasks of the third tube.
+    """
     return tuple(
         replace(p, at=AtTask(index=int(task)), magnitude=_drawn_magnitude(p, rng))
         for p in SCENARIOS[scenario].perturbations
-        for task in _drawn_tasks(p, rng)
+        for task in _drawn_tasks(p, anatomy, rng)
     )
 
 
-def _drawn_tasks(p: Perturbation, rng: np.random.Generator) -> list[int]:
-    tasks = resolve_name(p.effect).tasks
+def _drawn_tasks(p: Perturbation, anatomy: Anatomy, rng: np.random.Generator) -> list[int]:
+    tasks = [k for k in resolve_name(p.effect).tasks if has_tube(CHOLECYSTECTOMY.task(k), anatomy)]
     most = CLIPS_LEFT_MAX if p.name == DROP else MAX_FAILURES
     return sorted(rng.choice(tasks, size=min(most, len(tasks)), replace=False).tolist())
 

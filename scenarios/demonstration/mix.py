@@ -12,10 +12,10 @@ from typing import Any
 
 import numpy as np
 
-from planner.command import TUBES
 from planner.procedure.cholecystectomy import GRAB, TASKS
 from planner.procedure.task import Task
 from scenarios.catalogue import SCENARIOS
+from tissue_sim.patient.anatomy import USUAL_TUBES
 from tissue_sim.patient.variants import patient_of
 
 TRAINING_SEEDS = range(10_000)
@@ -149,12 +149,13 @@ def _is_asked_for(demonstration: PlannedDemonstration, artery_below_m: float) ->
 def shuffled_order(rng: np.random.Generator) -> tuple[Task, ...]:
     """Draw an order: grab first; each tube's clips and cut keep their order, the tubes mix.
 
-    The last task is the last of the usual order.
+    Both tubes end with the last task of the usual order. A third tube follows, as usual.
     """
-    left, right = ([task for task in TASKS if task.tube == tube] for tube in TUBES)
+    left, right = ([task for task in TASKS if task.tube == tube] for tube in USUAL_TUBES)
     order = [GRAB]
     while left or right:
         of_tube = left if not right or (left and rng.random() < 0.5) else right
         order += of_tube[:2]
         del of_tube[:2]
-    return (*order, TASKS[-1])
+    last = [task for task in TASKS if not task.is_optional][-1]
+    return (*order, last, *(task for task in TASKS if task.is_optional))

@@ -159,6 +159,7 @@ def labelled_frame(world: World, exact: Observation, rng: np.random.Generator) -
     The endoscope's crop is off the tubes by about the error of perception's estimate.
     """
     from tissue_sim.frames import transform
+    from tissue_sim.patient.anatomy import USUAL_TUBES
     from tissue_sim.rendering.shader_pack import COLOR_PICTURE, POSITION_PICTURE
     from tissue_sim.sensing.cameras import T_world_camera
     from tissue_sim.sensing.eyes import CLOSE, VIEWS
@@ -166,7 +167,7 @@ def labelled_frame(world: World, exact: Observation, rng: np.random.Generator) -
     from tissue_sim.sensing.picture_points import project, shown_points, visible
 
     assert world.view is not None, "a labelled frame needs a world with cameras"
-    middle_m = np.concatenate([exact.left_tube_m, exact.right_tube_m]).mean(axis=0)
+    middle_m = exact.tubes_m[: len(USUAL_TUBES)].mean(axis=(0, 1))
     aimed_m = middle_m + AIM_M * rng.standard_normal(3)
     aims_m = {CLOSE: transform(world.T_world_endoscope, aimed_m)}
     taken = world.view.pictures(world, VIEWS, (COLOR_PICTURE, POSITION_PICTURE), aims_m)

@@ -55,7 +55,7 @@ class Detection:
         passed, failed: Number of episodes in which the planner gave a chance.
         roc_auc: None without passes or without failures.
         roc: Shares (false alarms, caught), for every threshold.
-        own: The planner's alarm, whose threshold holds for each of the 17 tasks.
+        own: The planner's alarm, whose threshold holds for each task.
         conformal: The alarm for whole episodes, calibrated on every other pass and judged on the
             rest. None if too few passed for a threshold that keeps `FALSE_ALARMS`.
     """

@@ -62,8 +62,9 @@ class TaskFigures:
 
 
 def task_figures(results: Iterable[EpisodeResult], published: PublishedTask) -> TaskFigures:
-    """Return the figures of a kind of task for which SRT-H reports them."""
-    indices = {t.index for t in TASKS if t.text.startswith(published.words)}
+    """Return the figures of a kind of task for which SRT-H reports them: on its two tubes."""
+    srt_h = (task for task in TASKS if not task.is_optional)
+    indices = {task.index for task in srt_h if task.text.startswith(published.words)}
     passed = [r for r in results if r.success]
     tasks = [t for r in passed for t in r.tasks if t.index in indices and not t.left_out]
     return TaskFigures(

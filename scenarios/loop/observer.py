@@ -10,7 +10,8 @@ from typing import TYPE_CHECKING, Any, Protocol, Self
 from rich.console import Console
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn
 
-from planner.procedure.cholecystectomy import TASKS
+from planner.procedure.cholecystectomy import CHOLECYSTECTOMY
+from planner.procedure.procedure import Procedure
 from scenarios.files.outside_text import visible
 from scenarios.loop.results import EpisodeResult
 
@@ -38,7 +39,10 @@ class Observer(Protocol):
 class ProgressDisplay:
     """A bar over the episodes and, as an observer of an episode, a bar over its tasks."""
 
-    def __init__(self, episodes: int, console: Console, tasks: int = len(TASKS)) -> None:
+    def __init__(
+        self, episodes: int, console: Console, procedure: Procedure = CHOLECYSTECTOMY
+    ) -> None:
+        self._procedure = procedure
         self._progress = Progress(
             TextColumn("{task.description}"),
             BarColumn(),
@@ -49,7 +53,7 @@ class ProgressDisplay:
             transient=True,
         )
         self._episodes = self._progress.add_task("episodes", total=episodes, detail="")
-        self._tasks = self._progress.add_task("tasks", total=tasks, detail="", visible=False)
+        self._tasks = self._progress.add_task("tasks", detail="", visible=False)
 
     def __enter__(self) -> Self:
         self._progress.start()
@@ -59,8 +63,9 @@ class ProgressDisplay:
         self._progress.stop()
 
     def on_reset(self, world: Any) -> None:
-        """Restart the bar over the tasks."""
-        self._progress.reset(self._tasks, detail="ready", visible=True)
+        """Restart the bar over the patient's tasks."""
+        total = len(self._procedure.tasks_with(world.anatomy.tubes))
+        self._progress.reset(self._tasks, total=total, detail="ready", visible=True)
 
     def on_step(self, step: Any) -> None:
         """Show the task, the simulated time, the words and replies, and the outcomes of orders."""

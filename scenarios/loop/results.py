@@ -20,7 +20,7 @@ Outcome = Literal["passed", "failed", "called", "error"]
 
 @dataclass(frozen=True, kw_only=True)
 class TaskResult:
-    """The result of one of the 17 tasks.
+    """The result of one of the procedure's tasks.
 
     Attributes:
         corrections: Number of corrective instructions during the task.

@@ -9,7 +9,7 @@ import numpy as np
 
 from scenarios.loop.results import SensingResult
 from tissue_sim.frames import Array
-from tissue_sim.sensing.observation import MAX_CLIPS, N_POINTS, TUBE_POINTS
+from tissue_sim.sensing.observation import MAX_CLIPS, N_POINTS, ROWS
 from tissue_sim.tools.arms import RIGHT_ARM
 
 if TYPE_CHECKING:  # heavy to import
@@ -19,7 +19,7 @@ NEAR_M = 0.015  # of the right tip; assumed, as far as a retracted arm is from t
 EVERY = 3  # control steps, assumed
 SPAN_S = 5.0  # of the error over time, assumed
 CHI2_95 = 7.815  # quantile of chi-squared with three degrees of freedom
-_TUBES = slice(0, 2 * TUBE_POINTS)
+_TUBES = ROWS["tubes_m"]
 
 
 class SensingMetrics:
@@ -38,7 +38,8 @@ class SensingMetrics:
         off_m = observation.points_m() - exact.points_m()
         error_m = np.linalg.norm(off_m, axis=1)
         tubes_m, tip_m = exact.points_m()[_TUBES], exact.tips_endoscope[RIGHT_ARM, :3, 3]
-        near = np.linalg.norm(tubes_m - tip_m, axis=1) < NEAR_M
+        there = exact.there[_TUBES]
+        near = there & (np.linalg.norm(tubes_m - tip_m, axis=1) < NEAR_M)
         tip_off_m = observation.tips_endoscope[RIGHT_ARM, :3, 3] - tip_m
         sizes = error_m[_TUBES][near] / np.maximum(observation.std_m[_TUBES][near], 1e-9)
         first = N_POINTS - MAX_CLIPS
@@ -50,7 +51,7 @@ class SensingMetrics:
             "clips_m": error_m[first : first + min(exact.n_clips, MAX_CLIPS)],
             "counted": observation.n_clips == exact.n_clips,
             "cuts": bool((observation.severed == exact.severed).all()),
-            "hidden": float(observation.hidden[_TUBES].mean()),
+            "hidden": float(observation.hidden[_TUBES][there].mean()),
         }
         self._looks.append(look)
 

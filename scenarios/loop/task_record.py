@@ -27,7 +27,8 @@ class TaskRecord:
         self._world, self._procedure = world, procedure
         self._control_step_s = world.config.control_step_s
         self._correction: tuple[str, Source, float] | None = None  # in force at the last step
-        self._needed = tuple(task for task in procedure.tasks if is_needed(task, world))
+        self._n_clips = -1  # when `_needed` was found: the first clip of a tube shows its kind
+        self._needed: tuple[Task, ...] = ()
 
     def note(self, step: Step, planned: Task) -> None:
         """Record one step; `planned` is the planner's current task.
@@ -43,6 +44,7 @@ class TaskRecord:
         )
         task_of = self._procedure.task
         done = {task_of(k) for k, task in self.results.items() if task.success}
+        self._find_needed()
         before = {task for task in self._needed if task.index <= planned.index}
         due = before | {task_of(k) for k in self.results}
         for task in (due - done) | {planned}:
@@ -52,11 +54,13 @@ class TaskRecord:
     @property
     def is_complete(self) -> bool:
         """Return whether all tasks that this patient needs have succeeded, in any order."""
+        self._find_needed()
         done = {k for k, task in self.results.items() if task.success}
         return done.issuperset(task.index for task in self._needed)
 
     def in_order(self) -> tuple[TaskResult, ...]:
         """Return the results by index, including tasks that the rule for fewer clips left out."""
+        self._find_needed()
         left_out = {
             task.index: TaskResult(
                 index=task.index,
@@ -70,6 +74,14 @@ class TaskRecord:
             if task not in self._needed
         }
         return tuple(dict(sorted({**left_out, **self.results}.items())).values())
+
+    def _find_needed(self) -> None:
+        """Find the tasks that this patient needs, by the clips on the tubes so far."""
+        n_clips = len(self._world.record.clips)
+        if n_clips != self._n_clips:
+            tasks = self._procedure.tasks
+            self._needed = tuple(task for task in tasks if is_needed(task, self._world))
+            self._n_clips = n_clips
 
     def _credit(
         self, task: Task, *, success: bool, time_s: float = 0.0, corrections: int = 0

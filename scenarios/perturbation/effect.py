@@ -10,6 +10,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from controller.action import ToolAction
+from planner.procedure.cholecystectomy import CHOLECYSTECTOMY
+from planner.procedure.outcomes import is_needed
 from planner.procedure.task import Task
 from scenarios.perturbation.perturbation import AtTask, AtTime, Onset, Perturbation
 from tissue_sim.frames import Array
@@ -38,7 +40,7 @@ class Effect:
     Attributes:
         tasks: Indices of the tasks in which it may begin; () for the start of the episode.
         magnitude: In the perturbation's unit, above 0.
-        at: The onset.
+        at: The onset; None until a task is chosen among those that the patient needs.
         applied: Its onsets so far.
     """
 
@@ -48,11 +50,13 @@ class Effect:
         self._perturbation = perturbation
         self.magnitude = perturbation.magnitude
         self.at = perturbation.at or self.drawn_onset(rng)
+        self._share = float(rng.random()) if self.at is None else 0.0
         self.applied: list[Applied] = []
 
-    def drawn_onset(self, rng: np.random.Generator) -> Onset:
-        """Draw the onset, if it is not set."""
-        return AtTask(index=int(rng.choice(self.tasks))) if self.tasks else AtTime(time_s=0.0)
+    def drawn_onset(self, rng: np.random.Generator) -> Onset | None:
+        """Draw the onset, if it is not set; None if it is one of the effect's tasks."""
+        del rng
+        return None if self.tasks else AtTime(time_s=0.0)
 
     def on_anatomy(self, anatomy: Anatomy) -> Anatomy:
         """Return the patient to operate on."""
@@ -92,6 +96,9 @@ class Effect:
 
     def due(self, world: World, task: Task) -> bool:
         """Return whether the perturbation begins now."""
+        if self.at is None:
+            needed = [k for k in self.tasks if is_needed(CHOLECYSTECTOMY.task(k), world)]
+            self.at = AtTask(index=needed[int(self._share * len(needed))])
         if isinstance(self.at, AtTask):
             return task.index == self.at.index
         return world.record.time_s >= self.at.time_s - 1e-9

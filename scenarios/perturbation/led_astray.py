@@ -17,6 +17,7 @@ from controller.expert.skills import GRASP_PINCH_N, GRASP_SHUT_RAD
 from controller.expert.targets import (
     CLEARANCE_M,
     GRASP_OPEN_RAD,
+    applier_at_work,
     astride,
     clip_pose,
     grasp_pose,
@@ -33,7 +34,7 @@ from tissue_sim.patient.organ import TUBES
 from tissue_sim.surgery.abuses import crushed
 from tissue_sim.surgery.grasp import LEFT_FINGERS, pinch_n
 from tissue_sim.tools.arms import LEFT_ARM, RIGHT_ARM
-from tissue_sim.tools.instruments import CLIP_APPLIER, INSTRUMENTS
+from tissue_sim.tools.instruments import Instrument
 from tissue_sim.tools.psm import forward_kinematics
 
 if TYPE_CHECKING:
@@ -127,7 +128,7 @@ class ApplierAstray(LedAstray):
 
     def failing(self, world: World, task: Task) -> Waypoint:
         tube = structure_of(task, world)
-        opening = opening_rad(world.tubes, tube)
+        opening = opening_rad(world.tubes, tube, applier_at_work(world, tube).name)
         T, jaw = self.worst(world, task, tube)
         share = self.magnitude
         return between(self.goal(world, task), T, share), opening + share * (jaw - opening)
@@ -142,7 +143,9 @@ class WrongTube(ApplierAstray):
 
     def worst(self, world: World, task: Task, tube: str) -> Waypoint:
         other = _other(tube)
-        return clip_pose(world, other, task.clip or 1), opening_rad(world.tubes, other)
+        applier = applier_at_work(world, other).name
+        opening = opening_rad(world.tubes, other, applier)
+        return clip_pose(world, other, task.clip or 1), opening
 
 
 class BothTubes(ApplierAstray):
@@ -162,7 +165,8 @@ class BothTubes(ApplierAstray):
         room_m = (commanded_pose(world, LEFT_ARM)[:3, 3] - middle) @ along
         middle = middle - max(GRASPER_ROOM_M - room_m, 0.0) * along
         T_both = astride(middle, along, T[:3, 2], beyond_m=BOTH_BEYOND_M)
-        return T_both, _opening_rad(wide_m + CLEARANCE_M, BOTH_BEYOND_M)
+        applier = applier_at_work(world, tube)
+        return T_both, _opening_rad(applier, wide_m + CLEARANCE_M, BOTH_BEYOND_M)
 
 
 class Overshoot(LedAstray):
@@ -176,7 +180,8 @@ class Overshoot(LedAstray):
 
     def failing(self, world: World, task: Task) -> Waypoint:
         T = before(self.goal(world, task), -self.magnitude)
-        return T, opening_rad(world.tubes, structure_of(task, world))
+        tube = structure_of(task, world)
+        return T, opening_rad(world.tubes, tube, applier_at_work(world, tube).name)
 
 
 def commanded_pose(world: World, arm: int) -> Array:
@@ -219,9 +224,8 @@ def _nearest(a_m: Array, b_m: Array) -> tuple[Array, Array]:
     return a_m[i], b_m[j]
 
 
-def _opening_rad(half_gap_m: float, behind_tip_m: float) -> float:
+def _opening_rad(applier: Instrument, half_gap_m: float, behind_tip_m: float) -> float:
     """Return the applier's opening for a half gap behind the tips, or its widest opening."""
-    applier = INSTRUMENTS[CLIP_APPLIER]
     sine = half_gap_m / (applier.yaw_to_tip_m - behind_tip_m)
     return min(2.0 * float(np.arcsin(min(sine, 1.0))), applier.jaw_range_rad[1])
 

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 @dataclass(frozen=True, kw_only=True)
 class AtTask:
-    """Onset during a task: its index, 1 to 17."""
+    """Onset during a task: its index, 1 to 25."""
 
     index: int
 

@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import partial
 from typing import TYPE_CHECKING, Literal
 
 from controller.safety.ledger import Ledger
 from planner.instruction import Instruction
-from planner.procedure.procedure import Procedure
+from planner.procedure.task import Task
 from scenarios.loop.results import EpisodeResult
 from scenarios.recording.reasons import in_detail
 from tissue_sim.tools.arms import LEFT_ARM
@@ -154,11 +154,11 @@ def _smoothed(before_s: Mapping[str, float], now_s: Mapping[str, float]) -> dict
     return {k: old_s + SMOOTHING * (now_s.get(k, 0.0) - old_s) for k, old_s in olds_s.items()}
 
 
-def progress_of(status: EpisodeStatus, procedure: Procedure) -> float:
-    """Return the share of the procedure's tasks that are done."""
+def progress_of(status: EpisodeStatus, tasks: Sequence[Task]) -> float:
+    """Return the share of the patient's tasks that are done."""
     if status.result is not None and status.result.success:
         return 1.0  # also if tasks were left out
-    return sum(progress.done for progress in status.tasks.values()) / len(procedure.tasks)
+    return sum(progress.done for progress in status.tasks.values()) / len(tasks)
 
 
 def _is_new(now: Instruction, before: Instruction | None) -> bool:

@@ -8,7 +8,7 @@ from PIL import Image, ImageDraw
 
 from tissue_sim.frames import Array
 from tissue_sim.sensing.cameras import CAMERAS
-from tissue_sim.sensing.observation import MAX_CLIPS, POINTS, Observation
+from tissue_sim.sensing.observation import LINE_ROWS, N_LINE, Observation
 
 SEEN, HIDDEN, CLIP = (70, 210, 255), (255, 150, 40), (255, 255, 90)
 ELLIPSE_95 = 2.448  # standard deviations within which 95 % lie in a picture
@@ -20,22 +20,14 @@ def overlaid(picture: NDArray[np.uint8], observation: Observation) -> NDArray[np
     image = Image.fromarray(picture)
     draw = ImageDraw.Draw(image)
     pixels, radii = projected(observation, *picture.shape[:2])
-    start = 0
-    for name, n in POINTS.items():
-        rows = slice(
-            start, start + (min(observation.n_clips, MAX_CLIPS) if name == "clips_m" else n)
-        )
-        start += n
-        if name != "clips_m":
+    there = observation.there
+    for rows in LINE_ROWS.values():
+        if there[rows].all():
             draw.line([tuple(p) for p in pixels[rows].tolist()], fill=SEEN, width=1)
-        colour = CLIP if name == "clips_m" else SEEN
-        for (u, v), r, hidden in zip(
-            pixels[rows].tolist(),
-            radii[rows].tolist(),
-            observation.hidden[rows].tolist(),
-            strict=True,
-        ):
-            draw.ellipse((u - r, v - r, u + r, v + r), outline=HIDDEN if hidden else colour)
+    for k in np.flatnonzero(there).tolist():
+        (u, v), r = pixels[k].tolist(), float(radii[k])
+        colour = HIDDEN if observation.hidden[k] else CLIP if k >= N_LINE else SEEN
+        draw.ellipse((u - r, v - r, u + r, v + r), outline=colour)
     return np.asarray(image)
 
 

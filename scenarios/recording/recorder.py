@@ -45,7 +45,7 @@ class Recording:
         world_version: Version of the physics.
         checkpoints: SHA-256 of each checkpoint, by `controller`, `planner` and `perception`.
         anatomy: The anatomy, as a dict; None if the episode broke off before its reset.
-        instructions: Table of instructions: task index, text, source, remark.
+        instructions: Table of instructions: task index, text, source, remark, right tool.
         events: Injuries, in order, each with its step.
         perturbations: Applied perturbations, in order, each with the step of its onset.
         ledger: The safety filter's changes, in order, each with the step in which it began.
@@ -93,7 +93,7 @@ class Recorder:
     is_saved: bool = False
     _anatomy: Any = None
     _result: EpisodeResult | None = None
-    _instructions: dict[tuple[int, str, str, str], int] = field(default_factory=dict)
+    _instructions: dict[tuple[int, str, str, str, str], int] = field(default_factory=dict)
     _notes: dict[str, list[dict[str, Any]]] = field(
         default_factory=lambda: {name: [] for name in NOTES}
     )
@@ -149,7 +149,8 @@ class Recorder:
         self._result = result
 
     def _row(self, instruction: Any) -> int:
-        key = (instruction.task.index, instruction.text, instruction.source, instruction.remark)
+        said = instruction
+        key = (said.task.index, said.text, said.source, said.remark, said.tool)
         return self._instructions.setdefault(key, len(self._instructions))
 
     def _save(self, error: str | None) -> None:
@@ -161,8 +162,8 @@ class Recorder:
             "checkpoints": self._checkpoints,
             "anatomy": self._anatomy,
             "instructions": [
-                {"task": task, "text": text, "source": source, "remark": remark}
-                for task, text, source, remark in self._instructions
+                {"task": task, "text": text, "source": source, "remark": remark, "tool": tool}
+                for task, text, source, remark, tool in self._instructions
             ],
             **self._notes,
             "ledger": [

@@ -104,6 +104,7 @@ class _Words(Struct, kw_only=True):
     text: str
     source: Source
     remark: str
+    tool: str = ""
 
 
 class _Header(Struct, kw_only=True):

@@ -21,7 +21,7 @@ from tissue_sim.rendering.drawn_clips import T_world_legs
 from tissue_sim.rendering.drawn_leaks import leak_surfaces
 from tissue_sim.rendering.drawn_strands import holding
 from tissue_sim.rendering.drawn_tissue import alive_tets
-from tissue_sim.sensing.observation import MAX_CLIPS, N_POINTS, Observation
+from tissue_sim.sensing.observation import Observation
 
 if TYPE_CHECKING:
     from tissue_sim.world import World
@@ -62,6 +62,7 @@ class Frame:
         T_world_tool: (2, 4, 4) instrument tips.
         jaw_rad: (2,) jaw openings of the last command.
         T_world_leg: (n, 4, 4) legs of the clips.
+        leg_kinds: Name of the kind of clip of each leg.
         strands_m: (n, 2, 3) ends of the intact connective-tissue strands.
         leaks: Surfaces of leaking liquid, by structure.
         forces_n: (2, 3) force of the tissue on each instrument.
@@ -84,6 +85,7 @@ class Frame:
     T_world_tool: Array
     jaw_rad: Array
     T_world_leg: Array
+    leg_kinds: tuple[str, ...]
     strands_m: Array
     leaks: dict[str, Surface] = field(default_factory=dict)
     forces_n: Array
@@ -132,9 +134,8 @@ def frame_of(
     ):
         tets, alive = before.tets, before.alive
     left, right = world.arms.mounted
-    there = slice(
-        0 if observation is None else N_POINTS - MAX_CLIPS + min(observation.n_clips, MAX_CLIPS)
-    )
+    clips = T_world_legs(world)
+    there = np.zeros(0, bool) if observation is None else observation.there
     points = np.zeros((0, 3)) if observation is None else observation.points_m()[there]
     return Frame(
         patient=patient.number,
@@ -147,7 +148,8 @@ def frame_of(
         T_world_link=world.tissue.T_world_links().reshape(2, 4, 4, 4).astype(float),
         T_world_tool=T_world_tool,
         jaw_rad=world.target[:, 6],
-        T_world_leg=np.array(T_world_legs(world)).reshape(-1, 4, 4),
+        T_world_leg=np.array([legs for _, legs in clips]).reshape(-1, 4, 4),
+        leg_kinds=tuple(kind.name for kind, legs in clips for _ in legs),
         strands_m=world.tissue.positions()[holding(world)].astype(float),
         leaks=leak_surfaces(world),
         forces_n=world.tool_forces_n(),

@@ -36,15 +36,17 @@ from controller.safety.geometry.link_cores import FINGERS
 from controller.safety.obstacles import registered, surroundings_of
 from planner.procedure.cholecystectomy import task_from_text
 from tests.tissue_sim.hands import put
+from tests.tissue_sim.kinds import APPLIER as POLYMER_APPLIER
+from tests.tissue_sim.kinds import POLYMER
 from tests.tissue_sim.verification.bodies import astride
 from tests.worlds import textbook_world
 from tissue_sim.frames import Array, exponential, inverse_pose
-from tissue_sim.outcome.clip_rule import CUT_ROOM_M, FEWEST_CLIPS, SPACING_M, needed_m
+from tissue_sim.outcome.clip_rule import FEWEST_CLIPS, cut_room_m, needed_m, spacing_m
 from tissue_sim.outcome.predicates import gap_m
 from tissue_sim.patient.at_risk import AT_RISK
 from tissue_sim.patient.organ import TUBES
 from tissue_sim.patient.textbook import textbook_from_seed
-from tissue_sim.surgery.clip import CLIP_LENGTH_M, CLIP_WIDTH_M, Clip, latch
+from tissue_sim.surgery.clip import Clip, latch
 from tissue_sim.surgery.cut import BLADE_LENGTH_M
 from tissue_sim.thresholds import CUFF_MIN_M
 from tissue_sim.tools.arms import RIGHT_ARM
@@ -81,7 +83,7 @@ def test_beside_a_structure_at_risk_the_jaws_keep_away_from_it(world: World, tub
     def room_m(pose: Callable[..., Array], approach: Approach) -> float:
         return firm_room_m(world, pose(world, approach=approach), APPLIER, OPEN_RAD)
 
-    close = partial(_on_tube, tube=tube, station_m=0.003, beyond_m=0.5 * CLIP_LENGTH_M)
+    close = partial(_on_tube, tube=tube, station_m=0.003, beyond_m=0.5 * POLYMER.length_m)
     chosen = clear_approach(world, tube, lambda w, a: close(w, approach=a), APPLIER, OPEN_RAD)
     assert room_m(close, Approach()) < FIRM_ROOM_M
     assert room_m(close, chosen) > room_m(close, Approach()) + 2e-4
@@ -125,28 +127,28 @@ def test_a_third_clip_moves_down_from_what_lies_over_its_place(world: World) -> 
     def pose(world: World, approach: Approach) -> np.ndarray:
         return clip_pose(world, "duct", 3, approach)
 
-    usual = clip_stations_m(world.tubes, "duct")[2]
+    usual = clip_stations_m(world, "duct")[2]
     lay_across(world, "artery", "duct", usual)
     assert catches_another(world, "duct", pose(world, APPROACHES[0]), APPLIER, OPEN_RAD)
     chosen = clear_approach(world, "duct", pose, APPLIER, OPEN_RAD)
     assert not catches_another(world, "duct", pose(world, chosen), APPLIER, OPEN_RAD)
-    assert clip_stations_m(world.tubes, "duct", chosen.aside)[2] < usual
+    assert clip_stations_m(world, "duct", chosen.aside)[2] < usual
 
 
 @pytest.mark.parametrize("higher_m", [0.0, 0.004])
 def test_a_second_clip_keeps_its_distance_from_where_the_first_one_sits(
     world: World, higher_m: float
 ) -> None:
-    tubes, (first, second, _) = world.tubes, clip_stations_m(world.tubes, "duct")
+    tubes, (first, second, _) = world.tubes, clip_stations_m(world, "duct")
     sits_m = first + higher_m
-    T = astride(tubes, "duct", sits_m, beyond_m=0.5 * CLIP_LENGTH_M)
-    clip = latch(tubes, T, number=1, time_s=0.0)
+    T = astride(tubes, "duct", sits_m, beyond_m=0.5 * POLYMER.length_m)
+    clip = latch(tubes, T, POLYMER, number=1, time_s=0.0)
     world.record = replace(world.record, clips=(clip,))
-    goes_m = max(second, clips_at_m(world, "duct")[0] + SPACING_M)
+    goes_m = max(second, clips_at_m(world, "duct")[0] + spacing_m(POLYMER_APPLIER))
     assert (goes_m > second) == (higher_m > 0.0)
     point, _ = tubes.point("duct", goes_m)
     T = clip_pose(world, "duct", 2)
-    np.testing.assert_allclose(T[:3, 3] - 0.5 * CLIP_LENGTH_M * T[:3, 2], point, atol=1e-6)
+    np.testing.assert_allclose(T[:3, 3] - 0.5 * POLYMER.length_m * T[:3, 2], point, atol=1e-6)
 
 
 @pytest.mark.parametrize("side", [-1.0, 1.0])
@@ -157,7 +159,7 @@ def test_the_jaws_keep_beside_a_tube_that_lies_close_to_the_gallbladder(
     T = pose(world)
     x, sac = world.tissue.positions(), world.organ.sac_rings
     x[sac] = T[:3, 3] - 0.004 * T[:3, 2] + side * 0.0055 * T[:3, 1]  # a wall beside the mouth
-    wide_rad = opening_rad(world.tubes, "duct")
+    wide_rad = opening_rad(world.tubes, "duct", APPLIER)
     assert sac_room_m(world, T, APPLIER, wide_rad) < SAC_ROOM_M
     chosen = clear_approach(world, "duct", lambda w, a: pose(w, approach=a), APPLIER, wide_rad)
     assert chosen == Approach(off_centre_m=-side * OFF_CENTRE_M)
@@ -172,7 +174,7 @@ def test_each_attempt_comes_from_another_side_where_the_gallbladder_blocks_all(
 
     around = np.random.default_rng(0).normal(scale=0.004, size=(*world.organ.sac_rings.shape, 3))
     world.tissue.positions()[world.organ.sac_rings] = pose(world, APPROACHES[0])[:3, 3] + around
-    wide_rad = opening_rad(world.tubes, "duct")
+    wide_rad = opening_rad(world.tubes, "duct", APPLIER)
     first, second, third = (
         clear_approach(world, "duct", pose, APPLIER, wide_rad, k) for k in range(3)
     )
@@ -194,13 +196,13 @@ def test_each_attempt_comes_from_another_side_where_the_gallbladder_blocks_all(
 def test_every_approach_leaves_room_for_clips_and_cuffs(
     world: World, tube: str, approach: Approach
 ) -> None:
-    first, second, third = clip_stations_m(world.tubes, tube, approach.aside)
+    first, second, third = clip_stations_m(world, tube, approach.aside)
     cut, along = cut_pose(world, tube, approach)[:3, 3], world.tubes.stations_m[tube]
     assert 0 < first < second < third < along[-1]
-    assert third - second >= CLIP_WIDTH_M + 2 * CUFF_MIN_M
+    assert third - second >= POLYMER.width_m + 2 * CUFF_MIN_M
     low, high = (world.tubes.point(tube, s)[0] for s in (second, third))
     share = (cut - low) @ (high - low) / ((high - low) @ (high - low))
-    room = (0.5 * CLIP_WIDTH_M + CUFF_MIN_M) / (third - second)
+    room = (0.5 * POLYMER.width_m + CUFF_MIN_M) / (third - second)
     assert room - 0.05 < share < 1 - room + 0.05
 
 
@@ -209,13 +211,13 @@ def test_every_approach_leaves_room_for_clips_and_cuffs(
 def test_whatever_the_rule_lets_pass_has_room_for_each_clip_and_the_cut(
     world: World, tube: str, longer_m: float
 ) -> None:
-    world.tubes.length_m[tube] = needed_m(tube) + longer_m
-    first, second, third = clip_stations_m(world.tubes, tube)
-    edge_m = 0.5 * CLIP_WIDTH_M + CUFF_MIN_M
+    world.tubes.length_m[tube] = needed_m(tube, POLYMER_APPLIER) + longer_m
+    first, second, third = clip_stations_m(world, tube)
+    edge_m = 0.5 * POLYMER.width_m
     assert edge_m <= first
     assert third <= world.tubes.length_m[tube] - edge_m
-    assert second - first >= SPACING_M - 1e-9
-    assert third - second >= CUT_ROOM_M - 1e-9
+    assert second - first >= spacing_m(POLYMER_APPLIER) - 1e-9
+    assert third - second >= cut_room_m(POLYMER_APPLIER) - 1e-9
 
 
 @pytest.mark.parametrize("tube", TUBES)
@@ -223,12 +225,12 @@ def test_whatever_the_rule_lets_pass_has_room_for_each_clip_and_the_cut(
 def test_a_tube_without_room_for_three_clips_gets_one_on_either_side_of_the_cut(
     world: World, tube: str, longer_m: float
 ) -> None:
-    world.tubes.length_m[tube] = needed_m(tube, FEWEST_CLIPS) + longer_m
-    low, high = clip_stations_m(world.tubes, tube)
-    edge_m = 0.5 * CLIP_WIDTH_M + CUFF_MIN_M
+    world.tubes.length_m[tube] = needed_m(tube, POLYMER_APPLIER, FEWEST_CLIPS) + longer_m
+    low, high = clip_stations_m(world, tube)
+    edge_m = 0.5 * POLYMER.width_m
     assert edge_m <= low
     assert high <= world.tubes.length_m[tube] - edge_m
-    assert high - low >= CUT_ROOM_M - 1e-9
+    assert high - low >= cut_room_m(POLYMER_APPLIER) - 1e-9
     second, third = (clip_pose(world, tube, k) for k in (2, 3))
     np.testing.assert_array_equal(second, third)  # whichever of them a person asks for
 
@@ -237,17 +239,17 @@ def test_a_tube_without_room_for_three_clips_gets_one_on_either_side_of_the_cut(
 def test_on_a_tube_that_the_rule_refuses_the_cut_has_too_little_room(
     world: World, tube: str
 ) -> None:
-    world.tubes.length_m[tube] = needed_m(tube, FEWEST_CLIPS) - 0.0002
-    low, high = clip_stations_m(world.tubes, tube)
-    assert high - low < CUT_ROOM_M
+    world.tubes.length_m[tube] = needed_m(tube, POLYMER_APPLIER, FEWEST_CLIPS) - 0.0002
+    low, high = clip_stations_m(world, tube)
+    assert high - low < cut_room_m(POLYMER_APPLIER)
 
 
 def test_the_cut_goes_into_the_widest_gap_above_two_clips(world: World) -> None:
-    tubes, (first, second, third) = world.tubes, clip_stations_m(world.tubes, "duct")
+    tubes, (first, second, third) = world.tubes, clip_stations_m(world, "duct")
     clips = []
     for number, station_m in enumerate((first, first + 0.0006, second, third), start=1):
-        T = astride(tubes, "duct", station_m, beyond_m=0.5 * CLIP_LENGTH_M)
-        clips.append(latch(tubes, T, number=number, time_s=0.0))
+        T = astride(tubes, "duct", station_m, beyond_m=0.5 * POLYMER.length_m)
+        clips.append(latch(tubes, T, POLYMER, number=number, time_s=0.0))
     world.record = replace(world.record, clips=tuple(clips))
     sit_m = clips_at_m(world, "duct")
     T = cut_pose(world, "duct")
@@ -306,10 +308,11 @@ def test_the_applier_does_not_close_too_near_to_another_clip(
     tube, start = world.anatomy.structure("left"), world.arms.T_world_tool()[RIGHT_ARM]
     close = next(p for p in skill(task, world) if p.name.startswith("close"))
     put_between_jaws(world, tube)
-    here = world.tubes.crossing(tube, start, CLIP_LENGTH_M)
+    here = world.tubes.crossing(tube, start, POLYMER.length_m)
     assert here is not None
     clip = Clip(
         number=1,
+        kind=POLYMER,
         time_s=0.0,
         T_world_clip=start,
         crossings=(replace(here, station_m=here.station_m - off_m),),
@@ -331,5 +334,5 @@ def test_jaws_about_their_tube_go_on_from_there_and_others_come_out_first(
     T = clip_pose(world, tube, 2)
     T[:3, 3] += beside_m * T[:3, 0]
     T[:3, :3] = T[:3, :3] @ exponential(np.array([0.0, turn_rad, 0.0]))
-    put(world, RIGHT_ARM, T, opening_rad(world.tubes, tube))
+    put(world, RIGHT_ARM, T, opening_rad(world.tubes, tube, APPLIER))
     assert skill(task, world)[0].name == first

@@ -4,9 +4,10 @@ from dataclasses import replace
 
 import numpy as np
 
-from planner.procedure.task import Tube
+from tissue_sim.patient.anatomy import TUBES, Tube
 from tissue_sim.sensing.observation import (
     MAX_CLIPS,
+    N_POINTS,
     POINTS,
     SAC_POINTS,
     TRUNK_POINTS,
@@ -51,16 +52,16 @@ def clipped(
         pinch_n=2.0 * HELD_PINCH_N,
         tools=("grasper", "clip_applier"),
         clip_loaded=True,
-        left_tube_m=tubes_m["left"],
-        right_tube_m=tubes_m["right"],
+        tubes_m=np.stack([tubes_m["left"], tubes_m["right"], np.zeros((TUBE_POINTS, 3))]),
         sac_m=tubes_m[duct][-1] + np.linspace(0.0, 0.01, SAC_POINTS)[:, None] * [0.0, 1.0, 0.0],
         common_bile_duct_m=trunk_m(tubes_m[duct]),
         hepatic_artery_m=trunk_m(tubes_m["right" if duct == "left" else "left"]),
         clips_m=clips_m,
         n_clips=left + right,
-        severed=np.zeros(2, bool),
-        tube_radius_m=np.array([0.0015, 0.0015]),
-        rest_length_m=np.array([0.028, 0.028]),
+        severed=np.zeros(3, bool),
+        tube_radius_m=np.array([0.0015, 0.0015, 0.0]),
+        rest_length_m=np.array([0.028, 0.028, 0.0]),
+        hidden=np.arange(N_POINTS) // TUBE_POINTS == TUBES.index("third"),
     )
 
 
@@ -74,7 +75,7 @@ def at_work(
 ) -> Observation:
     """Return an observation with clips, the right tip at the tubes or back, the grasp held."""
     made = writable(clipped(left, right, time_s))
-    made.tips_endoscope[1, :3, 3] = made.left_tube_m[3]
+    made.tips_endoscope[1, :3, 3] = made.tube_m("left")[3]
     made.tips_endoscope[1, 2, 3] -= 1.1 * RETRACTED_M if back else 0.0
     return replace(made, pinch_n=(1.2 if held else 0.4) * HELD_PINCH_N)
 
@@ -86,6 +87,24 @@ def writable(observation: Observation) -> Observation:
         if isinstance(value, np.ndarray):
             vars(made)[name] = value.copy()
     return made
+
+
+def third_tube(observation: Observation, clips: int = 0) -> Observation:
+    """Return the observation with a third tube far behind the right one, and clips on it."""
+    made = writable(observation)
+    made.tubes_m[2] = made.tubes_m[1] + [-0.016, 0.0, 0.01]
+    for k in range(clips):
+        made.clips_m[made.n_clips + k] = made.tubes_m[2, 0] + [0.001, 0.006 + 0.006 * k, 0.0]
+    made.tube_radius_m[2], made.rest_length_m[2] = 0.0006, 0.028
+    made.hidden[:] = False
+    return replace(made, third_tube=1.0, n_clips=made.n_clips + clips)
+
+
+def with_tube(observation: Observation, tube: Tube, tube_m: np.ndarray) -> Observation:
+    """Return the observation with other points (8, 3) of a tube."""
+    tubes_m = observation.tubes_m.copy()
+    tubes_m[TUBES.index(tube)] = tube_m
+    return replace(observation, tubes_m=tubes_m)
 
 
 def trunk_m(branch_m: np.ndarray) -> np.ndarray:

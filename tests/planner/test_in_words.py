@@ -25,7 +25,8 @@ def test_a_way_of_no_length_is_right_there():
 
 def test_following_the_words_leads_to_the_tube():
     seen = writable(clipped())
-    seen.tips_endoscope[RIGHT_ARM, :3, 3] = seen.right_tube_m.mean(axis=0) - [0.005, -0.003, 0.02]
+    seen.tips_endoscope[RIGHT_ARM, :3, 3] = seen.tube_m("right").mean(axis=0)
+    seen.tips_endoscope[RIGHT_ARM, :3, 3] -= [0.005, -0.003, 0.02]
     words = (
         "from its tip to the middle of the right tube: 5 mm left, 3 mm lower, 20 mm further away"
     )
@@ -34,7 +35,9 @@ def test_following_the_words_leads_to_the_tube():
 
 
 def test_clips_cuts_and_tools_are_named():
-    seen = replace(clipped(left=3, right=1), severed=np.array([True, False]), clip_loaded=False)
+    seen = replace(
+        clipped(left=3, right=1), severed=np.array([True, False, False]), clip_loaded=False
+    )
     words = scene_in_words(seen)
     assert "Left tube (duct): 3 clips, in two parts, 100 % straight, 28 mm long at rest." in words
     assert "Right tube (artery): 1 clips, in one part" in words

@@ -1,4 +1,4 @@
-"""Tests of the language: 17 tasks in order, 18 corrections, every text is found again."""
+"""Tests of the language: tasks in order, 18 corrections, every text is found again."""
 
 import itertools
 
@@ -29,19 +29,25 @@ SRT_H_TASKS_OF_A_TUBE = (
 
 def test_the_texts_are_those_of_srt_h():
     expected = ["grabbing gallbladder"]
-    expected += [text.format(tube) for tube in ("left", "right") for text in SRT_H_TASKS_OF_A_TUBE]
+    tubes = ("left", "right", "third")
+    expected += [text.format(tube) for tube in tubes for text in SRT_H_TASKS_OF_A_TUBE]
     assert [task.text for task in TASKS] == expected
 
 
 def test_tasks_are_numbered_from_1_in_order():
-    assert [task.index for task in TASKS] == list(range(1, 18))
+    assert [task.index for task in TASKS] == list(range(1, 26))
 
 
-def test_the_left_tube_is_finished_before_the_right_is_begun():
-    assert [task.tube for task in TASKS] == [None] + 8 * ["left"] + 8 * ["right"]
+def test_a_tube_is_finished_before_the_next_is_begun():
+    tubes = [None] + 8 * ["left"] + 8 * ["right"] + 8 * ["third"]
+    assert [task.tube for task in TASKS] == tubes
 
 
-@pytest.mark.parametrize("tube", ["left", "right"])
+def test_only_the_tasks_of_the_third_tube_are_optional():
+    assert [task for task in TASKS if task.is_optional] == list(TASKS[17:])
+
+
+@pytest.mark.parametrize("tube", ["left", "right", "third"])
 def test_a_tube_is_cut_only_after_its_three_clips(tube):
     of_tube = [task for task in TASKS if task.tube == tube]
     cut = next(task for task in of_tube if task.kind == "cut")
@@ -77,7 +83,7 @@ def test_a_correction_is_found_by_its_text(correction):
 
 def test_no_text_means_two_things():
     texts = [entry.text for entry in (*TASKS, *CORRECTIONS)]
-    assert len(set(texts)) == 17 + 18
+    assert len(set(texts)) == 25 + 18
 
 
 def test_twelve_corrections_move_an_arm_and_six_the_jaws():

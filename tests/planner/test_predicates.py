@@ -38,11 +38,11 @@ def grasp(
     """Return a grasp as it is seen. Each number is in units of its threshold."""
     bare = clipped()
     seen = writable(clipped(apart_m=gap * SPREAD_MIN_M + float(bare.tube_radius_m.sum())))
-    seen.left_tube_m[:, 1] *= left
-    seen.right_tube_m[:, 1] *= right
+    seen.tube_m("left")[:, 1] *= left
+    seen.tube_m("right")[:, 1] *= right
     seen.forces_n[LEFT_ARM, 1] = pull * FIRM_TRACTION_N
     seen.joints[LEFT_ARM, -1] = jaw * GRASP_MAX_JAW_RAD
-    return replace(seen, pinch_n=pinch * HELD_PINCH_N, rest_length_m=np.full(2, LENGTH_M))
+    return replace(seen, pinch_n=pinch * HELD_PINCH_N, rest_length_m=np.full(3, LENGTH_M))
 
 
 def test_a_grasp_that_holds_pulls_and_spreads_is_good() -> None:
@@ -60,7 +60,7 @@ def test_a_weak_grasp_is_not_taken_for_one_that_slipped() -> None:
     seen_too_weak_n = HELD_PINCH_N - 4.0 * SensorModel().force_n
     assert not has_slipped(grasp(pinch=seen_too_weak_n / HELD_PINCH_N))
     assert has_slipped(grasp(pinch=4.0 * SensorModel().force_n / HELD_PINCH_N))
-    assert not has_slipped(replace(grasp(pinch=0.0), severed=np.array([True, False])))
+    assert not has_slipped(replace(grasp(pinch=0.0), severed=np.array([True, False, False])))
 
 
 def test_jaws_that_are_too_wide_hold_nothing() -> None:

@@ -13,14 +13,17 @@ from scenarios.loop.episode_config import EpisodeConfig
 from scenarios.perturbation.effects import Effects
 from scenarios.perturbation.perturbation import AtTask
 from scenarios.run_episode import begin
+from tests.tissue_sim.kinds import POLYMER, SLIM_APPLIER
 from tests.tissue_sim.verification.bodies import astride
 from tissue_sim.outcome.clip_rule import FEWEST_CLIPS, needed_m
 from tissue_sim.outcome.predicates import right_arm_back
 from tissue_sim.outcome.room import why_call
+from tissue_sim.patient.textbook import textbook_from_seed
 from tissue_sim.patient.variants import variant
-from tissue_sim.surgery.clip import CLIP_LENGTH_M, latch
+from tissue_sim.surgery.clip import latch
 from tissue_sim.surgery.cut import BLADE_LENGTH_M, sever
 from tissue_sim.tools.arms import RIGHT_ARM, JointCommand
+from tissue_sim.tools.instruments import applier_for
 from tissue_sim.world import World
 
 GRAB, FIRST_CLIP, BACK_FROM_FIRST_CLIP, SECOND_CLIP = TASKS[:4]
@@ -68,6 +71,41 @@ def move_right_arm(world, *, insertion_m=None, jaw_rad=None, steps=30):
         if jaw_rad is not None:
             joints[RIGHT_ARM, 6] = start[6] + share * (jaw_rad - start[6])
         world.step(JointCommand(joints=joints), intended="duct")
+
+
+def too_short_m(tube, diameter_m):
+    """Return a length that is a hair too short for a clip on either side of a cut."""
+    return needed_m(tube, applier_for(diameter_m), FEWEST_CLIPS) - 1e-6
+
+
+def with_second_artery(length_m):
+    two = variant("two-arteries", textbook_from_seed(10_004))
+    return replace(two, second_artery=replace(two.second_artery, length_m=length_m))
+
+
+def order_of(anatomy):
+    """Return the tasks that the planner gives where each is over a second after it was given."""
+    world = World()
+    world.reset(anatomy)
+    planner, said = PlannerScripted(world), []
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr("planner.scripted.task_over", lambda task, _: task in said)
+        patch.setattr("planner.scripted.gallbladder_held", lambda _: True)
+        for second in range(2 * len(TASKS)):
+            said.append(ask(planner, world, float(second)))
+    return [task.index for task in dict.fromkeys(said)]
+
+
+def test_the_third_tubes_tasks_follow_the_17_where_there_is_a_second_artery():
+    assert order_of(textbook_from_seed(10_004)) == list(range(1, 18))
+    assert order_of(with_second_artery(0.025)) == list(range(1, 26))
+
+
+def test_a_short_second_artery_gets_a_clip_on_either_side_of_the_cut():
+    assert order_of(with_second_artery(needed_m("second artery", SLIM_APPLIER) - 1e-6)) == [
+        *range(1, 20),
+        *range(22, 26),
+    ]
 
 
 def test_a_task_stays_until_it_is_done(untouched):
@@ -142,13 +180,15 @@ def test_after_a_slip_no_task_is_given_that_is_still_done():
     assert said == [*TASKS[:4], back_from_second, GRAB, SECOND_CLIP]
 
 
-@pytest.mark.parametrize("change", ["short duct", "short artery", "second artery"])
+@pytest.mark.parametrize("change", ["short duct", "short artery", "short second artery"])
 def test_it_calls_a_person_where_it_cannot_operate_but_not_after_a_clip(untouched, change):
     asked = untouched.anatomy
     hopeless = {
-        "short duct": replace(asked, duct_length_m=needed_m("duct", FEWEST_CLIPS) - 1e-6),
-        "short artery": replace(asked, artery_length_m=needed_m("artery", FEWEST_CLIPS) - 1e-6),
-        "second artery": variant("two-arteries", asked),
+        "short duct": replace(asked, duct_length_m=too_short_m("duct", asked.duct_diameter_m)),
+        "short artery": replace(
+            asked, artery_length_m=too_short_m("artery", asked.artery_diameter_m)
+        ),
+        "short second artery": with_second_artery(too_short_m("second artery", 0.001)),
     }[change]
     world = World()
     world.reset(hopeless)
@@ -156,8 +196,10 @@ def test_it_calls_a_person_where_it_cannot_operate_but_not_after_a_clip(untouche
     said = planner.plan(world.observe())
     assert (said.call, said.hold, said.remark) == (True, True, why_call(hopeless))
     middle_m = 0.5 * world.tubes.length_m["duct"]
-    T = astride(world.tubes, "duct", middle_m, beyond_m=0.5 * CLIP_LENGTH_M)
-    world.record = replace(world.record, clips=(latch(world.tubes, T, number=1, time_s=0.0),))
+    T = astride(world.tubes, "duct", middle_m, beyond_m=0.5 * POLYMER.length_m)
+    world.record = replace(
+        world.record, clips=(latch(world.tubes, T, POLYMER, number=1, time_s=0.0),)
+    )
     assert not planner.plan(world.observe()).call
 
 
@@ -180,3 +222,14 @@ def test_a_tube_in_two_parts_is_not_cut_again_though_it_had_no_clips(at_the_tube
     assert not task_done(cut, at_the_tubes)
     assert ask(planner, at_the_tubes) == back
     assert ask(planner, at_the_tubes, 2 * PATIENCE_S) == back
+
+
+@pytest.mark.parametrize("on_left", [False, True])
+def test_the_duct_comes_before_an_artery_that_crosses_it(on_left):
+    crossing = variant("artery-in-front", textbook_from_seed(10_004))
+    usual = list(range(1, 18))
+    duct_on_right = [1, *range(10, 18), *range(2, 10)]
+    assert order_of(replace(crossing, artery_on_left=on_left)) == (
+        duct_on_right if on_left else usual
+    )
+    assert order_of(replace(textbook_from_seed(10_004), artery_on_left=on_left)) == usual

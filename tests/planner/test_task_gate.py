@@ -76,7 +76,7 @@ def test_a_gallbladder_slips_until_it_is_held_again_and_never_after_a_cut() -> N
     for time_s, held, slipped_s in ((0, True, 0), (1, False, 1), (2, False, 2), (3, True, 0)):
         watch.update(replace(at_work(held=held), time_s=float(time_s)))
         assert watch.slipped_s == slipped_s
-    watch.update(replace(at_work(held=False), time_s=4.0, severed=np.array([True, False])))
+    watch.update(replace(at_work(held=False), time_s=4.0, severed=np.array([True, False, False])))
     assert watch.slipped_s == 0.0
 
 
@@ -138,5 +138,5 @@ def test_a_grasp_that_has_pulled_for_too_long_counts_as_done(given: Task | None)
 
 
 def test_when_all_is_cut_the_last_way_back_is_the_last_task() -> None:
-    now = replace(at_work(3, 3, back=True), severed=np.array([True, True]))
+    now = replace(at_work(3, 3, back=True), severed=np.array([True, True, False]))
     assert {gate_task(asked, TASKS[-1], now, clock(1.0)) for asked in TASKS[1:]} == {TASKS[-1]}

@@ -19,12 +19,12 @@ from scenarios.viewer.recording_frames import marks_of
 from tests.scenarios.calling import UNSURE, PlannerCalls
 from tests.scenarios.example_results import read_results
 from tests.scenarios.procedures import run
+from tests.tissue_sim.kinds import SLIM_APPLIER
 from tissue_sim.outcome.clip_rule import needed_m
-from tissue_sim.outcome.room import MUST_DEAL, why_call
+from tissue_sim.outcome.room import why_call
 
 SEED = 10_004
 TOO_SHORT = EpisodeConfig(**ORACLE, seed=SEED, scenario="short-tubes", magnitude=1.0)
-TWO_ARTERIES = EpisodeConfig(**ORACLE, seed=SEED, scenario="two-arteries")
 CALLS = EpisodeConfig(
     scenario="textbook",
     planner="tests.scenarios.calling:PlannerCalls",
@@ -40,7 +40,7 @@ def too_short(tmp_path_factory):
 
 def test_a_short_duct_ends_as_called_within_a_second_with_nothing_clipped(too_short):
     result, record = too_short.result, too_short.world.record
-    assert too_short.world.anatomy.duct_length_m < needed_m("duct")
+    assert too_short.world.anatomy.duct_length_m < needed_m("duct", SLIM_APPLIER)
     assert result.outcome == "called"
     assert result.call.needed
     assert result.call.reason.startswith("The duct is 6.0 mm long: a clip on either side")
@@ -68,11 +68,6 @@ def test_another_reason_is_a_difference(too_short, tmp_path):
     other = run(replace(CALLS, scenario="short-tubes", magnitude=1.0), tmp_path)
     assert other.result.call.needed  # although for another reason
     assert other.recording.instructions != too_short.recording.instructions
-
-
-def test_a_second_artery_is_left_to_a_person():
-    result = run_episode(TWO_ARTERIES)
-    assert (result.outcome, result.call.reason, result.call.needed) == ("called", MUST_DEAL, True)
 
 
 def test_a_call_where_all_could_be_done_is_told_apart():
@@ -113,10 +108,10 @@ def test_a_person_who_gives_an_order_is_heard_first():
 
 def test_the_command_says_why_and_ends_well_if_the_call_was_right(tmp_path, capfd):
     oracle = ["--planner", "scripted", "--controller", "expert"]
-    where = ["--scenario", "two-arteries", "--seed", str(SEED), "--out", str(tmp_path)]
-    assert main(["run", *oracle, *where]) == 0
+    where = ["--scenario", "short-tubes", "--magnitude", "1", "--seed", str(SEED)]
+    assert main(["run", *oracle, *where, "--out", str(tmp_path)]) == 0
     told = capfd.readouterr().out
-    assert f"seed {SEED} called rightly: {MUST_DEAL}" in told
+    assert f"seed {SEED} called rightly: The duct is 6.0 mm long" in told
     assert "passed 0 of 0" in told
     assert "1 called for a person (100 %)" in told
     (result,) = read_results(tmp_path / "results.json")

@@ -7,6 +7,7 @@ from scenarios.catalogue import ORACLE
 from scenarios.loop.episode_config import EpisodeConfig
 from tests.scenarios.procedures import Procedure, run
 from tissue_sim.outcome.clip_rule import FEWEST_CLIPS, needed_m
+from tissue_sim.outcome.predicates import applier_on
 from tissue_sim.patient.organ import TUBES
 
 SHORT = EpisodeConfig(**ORACLE, seed=10_001, scenario="nominal")
@@ -21,7 +22,10 @@ def short(tmp_path_factory: pytest.TempPathFactory) -> Procedure:
 def test_it_passes_with_two_clips_on_each_tube(short: Procedure) -> None:
     tubes, record = short.world.tubes, short.world.record
     for tube in TUBES:
-        assert needed_m(tube, FEWEST_CLIPS) < tubes.length_m[tube] < needed_m(tube)
+        applier = applier_on(short.world, tube)
+        assert (
+            needed_m(tube, applier, FEWEST_CLIPS) < tubes.length_m[tube] < needed_m(tube, applier)
+        )
         stations = sorted(c.station_m for clip in record.clips if (c := clip.on(tube)))
         (cut,) = [cut for cut in record.cuts if cut.tube == tube]
         assert len(stations) == FEWEST_CLIPS

@@ -10,6 +10,7 @@ from typing import Any
 
 import pytest
 
+from controller.expert.controller import ControllerExpert
 from controller.expert.skills import SKILLS
 from planner.base import PATIENCE_S
 from planner.command import COMMANDS
@@ -18,7 +19,7 @@ from planner.person.answers import answer
 from planner.person.orders import Order, OrderProgress
 from planner.person.override import PlannerOverridden
 from planner.procedure.cholecystectomy import CHOLECYSTECTOMY, TASKS
-from planner.procedure.outcomes import OUTCOMES
+from planner.procedure.outcomes import OUTCOMES, is_needed, task_over
 from planner.procedure.procedure import Procedure
 from planner.procedure.task import Task
 from planner.procedure.task_kind import KINDS, TaskKind
@@ -27,6 +28,9 @@ from scenarios.catalogue import ORACLE
 from scenarios.loop.episode_config import EpisodeConfig
 from tests.planner.observations import clipped
 from tests.scenarios.from_the_shell.complaint import complaint
+from tests.worlds import textbook_world
+from tissue_sim.patient.textbook import textbook_from_seed
+from tissue_sim.patient.variants import variant
 from tissue_sim.sensing.observation import Observation
 from tissue_sim.tools.instruments import CLIP_APPLIER, GRASPER, INSTRUMENTS, SCISSORS, right_tools
 
@@ -204,6 +208,32 @@ def test_a_procedure_with_cuts_ends_once_all_its_cuts_are_seen() -> None:
         assert CHOLECYSTECTOMY.may_end_with(back, {"left": True, "right": True})
         assert not CHOLECYSTECTOMY.may_end_with(back, {"left": True, "right": False})
         assert not CHOLECYSTECTOMY.may_end_with(cut, {"left": True, "right": True})
+
+
+def test_a_third_tube_that_is_there_must_be_cut_too() -> None:
+    done = {"left": True, "right": True}
+    for back in (task for task in TASKS if task.goes_back):
+        assert not CHOLECYSTECTOMY.may_end_with(back, done | {"third": False})
+        assert CHOLECYSTECTOMY.may_end_with(back, done | {"third": True})
+
+
+def test_a_patient_without_a_third_tube_has_exactly_the_17_tasks() -> None:
+    assert CHOLECYSTECTOMY.tasks_with(("left", "right")) == TASKS[:17]
+    assert CHOLECYSTECTOMY.tasks_with(("left", "right", "third")) == TASKS
+    two = variant("two-arteries", textbook_from_seed(10_004))
+    assert CHOLECYSTECTOMY.tasks_with(two.tubes) == TASKS
+    assert CHOLECYSTECTOMY.tasks_with(textbook_from_seed(10_004).tubes) == TASKS[:17]
+
+
+def test_a_task_on_a_tube_that_is_not_there_is_never_done_and_moves_nothing() -> None:
+    world = textbook_world(10_004)
+    expert = ControllerExpert(world)
+    for task in (task for task in TASKS if task.is_optional):
+        assert not is_needed(task, world)
+        if task.is_deed:
+            assert not task_over(task, world)
+            (first, *_) = expert.act(world.observe(), Instruction(task=task))
+            assert not first.move_endoscope_m.any()
 
 
 def test_every_right_tool_is_an_instrument_of_the_right_arm() -> None:

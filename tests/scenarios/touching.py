@@ -13,10 +13,11 @@ from planner.procedure.procedure import Procedure
 from planner.procedure.task import Task
 from planner.procedure.task_kind import KINDS, TaskKind
 from planner.scene.observed_outcomes import OBSERVED
+from tests.tissue_sim.kinds import POLYMER
 from tissue_sim.sensing.observation import tip_to_tubes_m
 from tissue_sim.surgery.grasp import RIGHT_FINGERS
 from tissue_sim.tools.arms import RIGHT_ARM
-from tissue_sim.tools.instruments import CLIP_LENGTH_M, INSTRUMENTS, Instrument
+from tissue_sim.tools.instruments import INSTRUMENTS, Instrument
 
 PROBE = "palpation_probe"
 SHUT_RAD, SHUT_ENOUGH_RAD = 0.0, 0.05
@@ -41,7 +42,7 @@ def touch_observed(task, seen):
 
 def at_tube(world, tube, back_m):
     """Return the pose whose tip is `back_m` before the middle of the tube."""
-    return before(clip_pose(world, tube, 2), 0.5 * CLIP_LENGTH_M + back_m)
+    return before(clip_pose(world, tube, 2), 0.5 * POLYMER.length_m + back_m)
 
 
 def touch(task, world, attempt):

@@ -2,19 +2,15 @@
 
 import numpy as np
 
+from tests.tissue_sim.kinds import POLYMER
 from tests.tissue_sim.verification.bodies import astride
 from tissue_sim.mechanics.tissue import Tissue
 from tissue_sim.patient.organ import build_organ
 from tissue_sim.patient.textbook import textbook_from_seed
 from tissue_sim.patient.tubes import Tubes
-from tissue_sim.surgery.clip import (
-    CLIP_LENGTH_M,
-    Clip,
-    grip_n,
-    holding_forces_n,
-    latch,
-)
+from tissue_sim.surgery.clip import Clip, grip_n, holding_forces_n, latch
 from tissue_sim.surgery.cut import BLADE_LENGTH_M, Cut, sever
+from tissue_sim.tools.clips import ClipKind
 
 SETTLE_STEPS, HALF_SECOND = 45, 30
 _SETTLED: dict[int, tuple[Tubes, dict[str, np.ndarray]]] = {}
@@ -39,11 +35,13 @@ def run(tubes: Tubes, steps: int = HALF_SECOND) -> None:
         tubes.tissue.step()
 
 
-def clip_at(tubes: Tubes, tube: str, share: float = 0.5, **how: float) -> Clip:
+def clip_at(
+    tubes: Tubes, tube: str, share: float = 0.5, kind: ClipKind = POLYMER, **how: float
+) -> Clip:
     """Latch a clip at a share of the tube's length."""
     station = share * tubes.length_m[tube]
-    T = astride(tubes, tube, station, **({"beyond_m": CLIP_LENGTH_M / 2} | how))
-    return latch(tubes, T, number=1, time_s=0.0)
+    T = astride(tubes, tube, station, **({"beyond_m": kind.length_m / 2} | how))
+    return latch(tubes, T, kind, number=1, time_s=0.0)
 
 
 def cut_at(tubes: Tubes, tube: str, station_m: float, **how: float) -> tuple[Cut, ...]:

@@ -7,8 +7,9 @@ from typing import Any
 
 import numpy as np
 
+from tests.tissue_sim.kinds import POLYMER
 from tests.tissue_sim.verification.bodies import astride
-from tissue_sim.surgery.clip import CLIP_LENGTH_M, latch
+from tissue_sim.surgery.clip import latch
 from tissue_sim.surgery.cut import BLADE_LENGTH_M, sever
 from tissue_sim.tools.arms import RIGHT_ARM, JointCommand
 from tissue_sim.world import World
@@ -65,8 +66,10 @@ def assert_same(a: Any, b: Any) -> None:
 def clip_and_cut(world: World, share: float = 0.47) -> None:
     """Put a clip and, above it, a cut into the tissue and the record, as the tools do."""
     length = world.tubes.length_m[TUBE]
-    T = astride(world.tubes, TUBE, 0.3 * length, beyond_m=CLIP_LENGTH_M / 2)
-    clip = latch(world.tubes, T, number=len(world.record.clips) + 1, time_s=world.record.time_s)
+    T = astride(world.tubes, TUBE, 0.3 * length, beyond_m=POLYMER.length_m / 2)
+    clip = latch(
+        world.tubes, T, POLYMER, number=len(world.record.clips) + 1, time_s=world.record.time_s
+    )
     T = astride(world.tubes, TUBE, share * length, beyond_m=BLADE_LENGTH_M / 2)
     cuts = sever(world.tubes, T, time_s=world.record.time_s)
     assert clip.complete == (True,)

@@ -62,6 +62,11 @@ class TissueArrays:
     link_stiffness: wp.array2d(dtype=float)
     link_strength: wp.array2d(dtype=float)
     link_slot: wp.array3d(dtype=int)
+    # strands that an instrument has caught: the shape, -1 for none; contact point and outward
+    # normal in the shape's link frame
+    strand_shape: wp.array2d(dtype=int)
+    strand_point: wp.array2d(dtype=wp.vec3)
+    strand_normal: wp.array2d(dtype=wp.vec3)
     # anchors: springs from a vertex to a point of the world (the liver bed's connective tissue)
     anchor: wp.array2d(dtype=int)
     anchor_point: wp.array2d(dtype=wp.vec3)
@@ -88,6 +93,7 @@ class TissueArrays:
     ring_centre: wp.array3d(dtype=wp.vec3)
     ring_centre_above: wp.array3d(dtype=wp.vec3)
     tube_radius: wp.array2d(dtype=float)
+    neck: wp.array3d(dtype=int)  # vertices of the gallbladder's narrowest rings
     # the gallbladder's skin: triangles, oriented outward; those near the tubes now, with a ball
     # around each; and which rings of the tubes can touch it
     n_skin: wp.array(dtype=int)
@@ -100,8 +106,8 @@ class TissueArrays:
     # bars: rigid bodies that vertices carry (closed clips). Middle and axis are weighted sums of
     # the vertices' positions; balls in a row touch instruments and other bars (see `bar_contact`)
     n_bar: wp.array(dtype=int)
-    bar_reach: wp.array(dtype=float)  # from the middle to the last ball, m
-    bar_radius: wp.array(dtype=float)
+    bar_reach: wp.array2d(dtype=float)  # from the middle to the last ball, m
+    bar_radius: wp.array2d(dtype=float)
     bar_count: wp.array2d(dtype=int)
     bar_vertex: wp.array3d(dtype=int)
     bar_middle: wp.array3d(dtype=float)  # weights

@@ -34,12 +34,16 @@ class Bar:
         vertices: The vertices that carry the bar.
         middle: (n,) weights of the vertices' positions in the bar's middle; their sum is 1.
         axis: (n,) weights, 1/m, of the vertices' positions in the bar's direction; their sum is 0.
+        reach_m: Distance from the bar's middle to the first and last ball's centre.
+        radius_m: Radius of the balls.
         in_jaws: Whether the jaws of the right instrument hold the bar; such jaws do not push it.
     """
 
     vertices: Sequence[int]
     middle: Array
     axis: Array
+    reach_m: float
+    radius_m: float
     in_jaws: bool
 
 
@@ -57,7 +61,7 @@ def carried(
 @wp.func
 def ball_offset(t: TissueArrays, b: int, k: int, j: int):
     """Return the place of ball j along the bar, from the bar's middle, m."""
-    return t.bar_reach[b] * (2.0 * float(j) / float(BALL_COUNT - 1) - 1.0)
+    return t.bar_reach[b, k] * (2.0 * float(j) / float(BALL_COUNT - 1) - 1.0)
 
 
 @wp.func
@@ -109,7 +113,7 @@ def push_from_tools(t: TissueArrays, s: ToolShapes, b: int, k: int, j: int):
     """
     x = t.ball[b, k, j]
     before = t.ball_before[b, k, j]
-    radius = t.bar_radius[b]
+    radius = t.bar_radius[b, k]
     n_shape = s.radius.shape[1]
     if t.bar_in_jaws[b, k] != 0:
         n_shape = FIRST_RIGHT_SHAPE
@@ -134,7 +138,7 @@ def push_from_tools(t: TissueArrays, s: ToolShapes, b: int, k: int, j: int):
 @wp.func
 def push_from_bar(t: TissueArrays, b: int, k: int, j: int, other: int):
     """Push ball j of bar k and another bar apart."""
-    reach = t.bar_reach[b]
+    reach = t.bar_reach[b, other]
     start = t.ball[b, other, 0]
     u = t.ball[b, other, BALL_COUNT - 1] - start
     start_before = t.ball_before[b, other, 0]
@@ -145,8 +149,9 @@ def push_from_bar(t: TissueArrays, b: int, k: int, j: int, other: int):
     q = p - u * share
     distance = wp.length(q)
     before = wp.length(p_before - u_before * along_segment(p_before, u_before))
-    depth = 2.0 * t.bar_radius[b] - distance
-    if depth > 0.0 or before < 2.0 * t.bar_radius[b]:
+    touching = t.bar_radius[b, k] + t.bar_radius[b, other]
+    depth = touching - distance
+    if depth > 0.0 or before < touching:
         n = q / (distance + 1.0e-9)
         f = n * (BAR_STIFFNESS * depth)
         # twice the diagonal, as between tubes

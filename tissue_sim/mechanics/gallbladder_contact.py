@@ -8,7 +8,8 @@ from __future__ import annotations
 import warp as wp
 
 from tissue_sim.mechanics.arrays import TissueArrays
-from tissue_sim.mechanics.touch import add_vertex_term, is_severed, ring_centre
+from tissue_sim.mechanics.sides import is_severed
+from tissue_sim.mechanics.touch import add_vertex_term, ring_centre
 
 wp.set_module_options({"enable_backward": False})
 

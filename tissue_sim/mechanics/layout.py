@@ -39,6 +39,7 @@ SPARE_PARTS = 8  # a transection adds one
 SPARE_VERTICES = 96  # vertices for cuts: a transection uses 13
 LINK_CAPACITY = 512  # links for remnants and clips: a clip uses about 12
 N_SHAPES = 8  # shaft, wrist and two jaws of two arms
+NECK_RINGS = 2  # assumed: rings of the sac, 5 to 8 mm wide, which lie on one side of a finger
 BLOCKS_A_ROW = 18  # blocks of the stiffness matrix: above the average of all meshes
 
 
@@ -72,6 +73,7 @@ def starting_values(organ: Organ, stiffness_scale: float) -> dict[str, NDArray]:
         "rest": organ.vertices,
         "fixed": organ.fixed,
         "contact_shape": np.full(len(organ.vertices) + SPARE_VERTICES, -1),
+        "strand_shape": np.full(LINK_CAPACITY, -1),
         "tet": organ.tets,
         "tet_alive": np.ones(len(organ.tets)),
         "mu": mu,
@@ -117,6 +119,7 @@ def _tube_values(organ: Organ) -> dict[str, NDArray]:
         "n_ring": n_joined,
         "n_colliding": np.array(len(organ.tubes)),
         "tube_radius": radius,
+        "neck": organ.sac_rings[:NECK_RINGS],
     }
 
 
@@ -184,15 +187,18 @@ def _sizes(organs: Sequence[Organ]) -> dict[str, tuple[int, ...]]:
         "link": (LINK_CAPACITY,), "link_rest": (LINK_CAPACITY,),
         "link_stiffness": (LINK_CAPACITY,), "link_strength": (LINK_CAPACITY,),
         "link_slot": (LINK_CAPACITY, 4),
+        "strand_shape": (LINK_CAPACITY,), "strand_point": (LINK_CAPACITY,),
+        "strand_normal": (LINK_CAPACITY,),
         "anchor": (n_anchor,), "anchor_point": (n_anchor,), "anchor_stiffness": (n_anchor,),
         "anchor_strength": (n_anchor,),
         "ring": (n_tube, n_ring, n_around), "ring_above": (n_tube, n_ring, n_around),
         "n_ring": (n_tube,), "n_colliding": (),
         "ring_centre": (n_tube, n_ring), "ring_centre_above": (n_tube, n_ring),
         "tube_radius": (n_tube,),
+        "neck": (NECK_RINGS, max(o.sac_rings.shape[1] for o in organs)),
         "n_skin": (), "skin": (n_skin,), "n_skin_near": (), "skin_near": (n_skin,),
         "skin_middle": (n_skin,), "skin_reach": (n_skin,), "ring_beside_sac": segments,
-        "n_bar": (), "bar_reach": (), "bar_radius": (), "bar_count": (N_BARS,),
+        "n_bar": (), "bar_reach": (N_BARS,), "bar_radius": (N_BARS,), "bar_count": (N_BARS,),
         "bar_vertex": carried, "bar_middle": carried, "bar_axis": carried,
         "bar_scale": (N_BARS,), "bar_in_jaws": (N_BARS,), "bar_force": (N_BARS,),
         "ball": balls, "ball_before": balls, "ball_shape": balls, "ball_force": balls,

@@ -1,7 +1,8 @@
 """Compute the springs in the tissue: ties, links and anchors; each breaks above its strength.
 
 Spring energies are E = k/2 |r|^2 with r the weighted offset (ties, anchors) or E = k/2 (l - L)^2
-with l the distance (links). A broken spring has stiffness zero.
+with l the distance (links). A broken spring has stiffness zero. `strands` has the links that an
+instrument has caught.
 """
 
 from __future__ import annotations
@@ -38,7 +39,7 @@ def add_tie(t: TissueArrays, b: int, n: int):
 @wp.func
 def add_link(t: TissueArrays, b: int, n: int):
     k = t.link_stiffness[b, n]
-    if k > 0.0:
+    if k > 0.0 and t.strand_shape[b, n] < 0:
         i = t.link[b, n][0]
         j = t.link[b, n][1]
         d = t.position[b, j] - t.position[b, i]
@@ -85,7 +86,8 @@ def break_tie(t: TissueArrays, b: int, n: int):
 @wp.func
 def break_link(t: TissueArrays, b: int, n: int):
     length = wp.length(t.position[b, t.link[b, n][1]] - t.position[b, t.link[b, n][0]])
-    if t.link_stiffness[b, n] * (length - t.link_rest[b, n]) > t.link_strength[b, n]:
+    tension = t.link_stiffness[b, n] * (length - t.link_rest[b, n])
+    if tension > t.link_strength[b, n] and t.strand_shape[b, n] < 0:
         t.link_stiffness[b, n] = 0.0
 
 

@@ -14,6 +14,7 @@ from tissue_sim.mechanics.bar_contact import add_bar_contact, react_to_bars
 from tissue_sim.mechanics.gallbladder_contact import add_sac_contact
 from tissue_sim.mechanics.implicit import StepParameters, begin_step, solve_step
 from tissue_sim.mechanics.springs import add_springs, break_springs
+from tissue_sim.mechanics.strands import add_strands, break_strands, react_to_strands
 from tissue_sim.mechanics.touch import add_surface_contact, add_tube_contact, react_on_tools
 from tissue_sim.mechanics.untangle import ease_bulk
 
@@ -45,6 +46,7 @@ def take_stages(t: TissueArrays, s: ToolShapes, c: StepParameters, first: int, e
         if stage == 2:
             add_elements(t, b, c.viscosity)
         if stage == 3:
+            add_strands(t, s, b)
             add_springs(t, b)
         if stage == 4:
             add_tube_contact(t, b)
@@ -57,6 +59,8 @@ def take_stages(t: TissueArrays, s: ToolShapes, c: StepParameters, first: int, e
             solve_step(t, b, c)
         if stage == 8:
             break_springs(t, b)
+            break_strands(t, s, b)
         if stage == 9:
             react_on_tools(t, s, b)
             react_to_bars(t, s, b)
+            react_to_strands(t, s, b)

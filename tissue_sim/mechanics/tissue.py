@@ -35,6 +35,7 @@ STATE = (
     "surface", "covered", "load", "tet", "tet_alive", "folded",
     "lam", "stiffness_at", "stiffness_holds",
     "tie_stiffness", "link", "link_rest", "link_stiffness", "link_strength", "anchor_stiffness",
+    "strand_shape", "strand_point", "strand_normal",
     "contact_shape", "contact_side", "contact_force", "stick_point", "ring_above",
     "bed_force",
 )  # fmt: skip
@@ -142,20 +143,18 @@ class Tissue:
         for name, value in values.items():
             self._tools[name][env] = value
 
-    def place_bars(self, b: int, bars: Sequence[Bar], *, reach_m: float, radius_m: float) -> None:
+    def place_bars(self, b: int, bars: Sequence[Bar]) -> None:
         """Let tissue carry rigid bars in place of earlier bars; of too many bars, keep the last.
 
         Args:
             b: Number of the environment.
             bars: The bars.
-            reach_m: Distance from a bar's middle to its first and last ball.
-            radius_m: Radius of the balls.
         """
         bars = bars[-N_BARS:]
         self.host("n_bar")[b] = len(bars)
-        self.host("bar_reach")[b], self.host("bar_radius")[b] = reach_m, radius_m
         for k, bar in enumerate(bars):
             n = len(bar.vertices)
+            self.host("bar_reach")[b, k], self.host("bar_radius")[b, k] = bar.reach_m, bar.radius_m
             self.host("bar_count")[b, k], self.host("bar_in_jaws")[b, k] = n, bar.in_jaws
             self.host("bar_vertex")[b, k, :n] = bar.vertices
             self.host("bar_middle")[b, k, :n] = bar.middle

@@ -11,6 +11,7 @@ from __future__ import annotations
 import warp as wp
 
 from tissue_sim.mechanics.arrays import TissueArrays, ToolShapes
+from tissue_sim.mechanics.sides import agree_on_sides, link_origin, to_link_frame
 
 wp.set_module_options({"enable_backward": False})
 
@@ -48,22 +49,6 @@ def remembered_side(t: TissueArrays, b: int, i: int, c: int):
     if jaws and side > 0.0:
         return side
     return float(0.0)
-
-
-@wp.func
-def to_link_frame(T_world_link: wp.mat44, x: wp.vec3):
-    """Transform a world point to the link's frame."""
-    R = wp.mat33(
-        T_world_link[0, 0], T_world_link[0, 1], T_world_link[0, 2],
-        T_world_link[1, 0], T_world_link[1, 1], T_world_link[1, 2],
-        T_world_link[2, 0], T_world_link[2, 1], T_world_link[2, 2],
-    )  # fmt: skip
-    return wp.transpose(R) * (x - link_origin(T_world_link))
-
-
-@wp.func
-def link_origin(T_world_link: wp.mat44):
-    return wp.vec3(T_world_link[0, 3], T_world_link[1, 3], T_world_link[2, 3])
 
 
 @wp.func
@@ -200,81 +185,6 @@ def add_bed_contact(t: TissueArrays, b: int, i: int):
 
 
 @wp.func
-def corner(t: TissueArrays, b: int, tube: int, section: int, k: int):
-    """Return vertex k of a tube's section.
-
-    Section 2 r is the lower side of ring r, section 2 r + 1 is its upper side.
-    """
-    r = section / 2
-    if section % 2 == 0:
-        return t.ring[b, tube, r, k]
-    return t.ring_above[b, tube, r, k]
-
-
-@wp.func
-def is_severed(t: TissueArrays, b: int, tube: int, r: int):
-    """Return whether the two sides of a ring share no corner."""
-    shared = int(0)
-    for k in range(t.ring.shape[3]):
-        if t.ring_above[b, tube, r, k] == t.ring[b, tube, r, k]:
-            shared = shared + 1
-    return shared == 0
-
-
-@wp.func
-def side_votes(t: TissueArrays, b: int, tube: int, section: int, c: int):
-    """Count a section's corners on finger c, and sum their sides."""
-    count = int(0)
-    votes = float(0.0)
-    for k in range(t.ring.shape[3]):
-        i = corner(t, b, tube, section, k)
-        if t.contact_shape[b, i] == c and t.contact_side[b, i] != 0.0:
-            count = count + 1
-            votes = votes + t.contact_side[b, i]
-    return count, votes
-
-
-@wp.func
-def put_on_side(t: TissueArrays, b: int, tube: int, section: int, c: int, side: float):
-    for k in range(t.ring.shape[3]):
-        i = corner(t, b, tube, section, k)
-        if t.contact_shape[b, i] == c and t.contact_side[b, i] != 0.0:
-            t.contact_side[b, i] = side
-
-
-@wp.func
-def agree_on_side(t: TissueArrays, b: int, tube: int, c: int):
-    """Put adjacent rings of a tube that touch finger c on the side of most of their corners.
-
-    A tube is on one side of a finger. Otherwise, corners that the finger passed in a fast motion
-    would stay on the other side, and the finger would pierce the tube. Each stump counts as a tube.
-    """
-    first = int(0)
-    total = float(0.0)
-    n = 2 * t.n_ring[b, tube]
-    for section in range(n + 1):
-        count = int(0)
-        votes = float(0.0)
-        if section < n:
-            count, votes = side_votes(t, b, tube, section, c)
-        stump_begins = section % 2 == 1 and is_severed(t, b, tube, section / 2)
-        if count == 0 or stump_begins:
-            for s in range(first, section):
-                put_on_side(t, b, tube, s, c, wp.where(total > 0.0, 1.0, -1.0))
-            first = section
-            total = float(0.0)
-        total = total + votes
-
-
-@wp.func
-def agree_on_sides(t: TissueArrays, b: int, tube: int, touched: int):
-    """Make rings agree on the side of every finger whose bit is set in `touched`."""
-    for c in range(8):
-        if c % 4 >= 2 and (touched >> c) & 1 == 1:
-            agree_on_side(t, b, tube, c)
-
-
-@wp.func
 def touched_shapes(t: TissueArrays, b: int):
     """Return a bit for each shape that touches tissue."""
     touched = int(0)
@@ -318,8 +228,7 @@ def add_surface_contact(t: TissueArrays, s: ToolShapes, b: int):
     """Add the contact of every surface vertex with instruments and liver bed."""
     t.bed_force[b] = wp.vec3()
     touched = touched_shapes(t, b)
-    for tube in range(t.ring.shape[1]):
-        agree_on_sides(t, b, tube, touched)
+    agree_on_sides(t, s, b, touched)
     left = box_of_arm(s, b, 0)
     right = box_of_arm(s, b, 1)
     for i in range(t.n_vertex[b]):

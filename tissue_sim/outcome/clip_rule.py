@@ -1,7 +1,8 @@
 """How many clips must a tube have before it is cut, and how long must it be for them?
 
 The expert, the planners, the safety filter and the judge share this rule. The expert places clips
-by the rule, and the safety filter lets scissors close by it. The rule's only input is a length.
+by the rule, and the safety filter lets scissors close by it. The rule's inputs are a structure, its
+length, and the applier, which names its kind of clip.
 
 Three clips are usual: two stay in the patient, one is on the gallbladder's side. A tube without
 room for three clips gets one on either side of the cut.
@@ -20,63 +21,108 @@ from typing import Any
 import numpy as np
 
 from tissue_sim.thresholds import CLIP_MIN_GAP_M, CUFF_MIN_M
-from tissue_sim.tools.instruments import CLIP_WIDTH_M
+from tissue_sim.tools.instruments import Instrument, clip_of
 
 USUAL_CLIPS, FEWEST_CLIPS = 3, 2  # clips on a tube
 
-# Distances of clips' middles. The excess over the thresholds is assumed: the error of placement.
-SPACING_M = CLIP_WIDTH_M + CLIP_MIN_GAP_M + 0.0003  # between two clips that stay in the patient
-CUT_ROOM_M = CLIP_WIDTH_M + 2 * CUFF_MIN_M + 0.0008  # between the clips beside the cut: cut, cuffs
-# From a tube's ends to a clip's middle, so that the jaws catch nothing else. At the low margin
-# the filter lets the applier's fingers pass beside the structure at risk (measured).
-LOW_MARGIN_M = {"duct": 0.0056, "artery": 0.0038}  # from common bile duct, hepatic artery
-HIGH_MARGIN_M = 0.0042  # from the gallbladder
-NEARER_M = 0.0006  # on a short tube the high margin may be smaller by this
-SCARCE_M = 0.002  # a tube with less spare length is short; assumed
+# The excess over the thresholds: the error of placement, measured with the scripted expert.
+SPACING_SPARE_M = 0.0003  # between two clips that stay in the patient
+CUT_SPARE_M = 0.0008  # between the clips beside the cut
+# From the structure at risk to the jaws that place the lowest clip: the filter keeps 0.5 mm. Tubes
+# leave their trunk aslant, so the clip lands 0.3 to 0.9 mm higher (ten tubes of tuning patients).
+LOW_ROOM_M = {"duct": 0.0014, "artery": 0.0010, "second artery": 0.0010}
+# The highest clip leaves with the gallbladder and may sit at its wall: the middle of the duct's may
+# come up to half a clip's width from the neck, and the artery's jaws press the wall aside by this.
+PRESSED_M = 0.0004
+COMFORT_M = 0.0030  # by which it stays further off where there is room
+CLEAR_M = 0.0005  # from its jaws to the gallbladder, on a tube that takes three clips
 SHARES = 0.18, 0.17, 0.20  # of the spare length: below clips, between two, above; assumed
+FIRST_ABOVE = 0.5  # of the spare length goes above the highest clip, up to `COMFORT_M`; assumed
+ASIDE = 0.15  # of the spare length by which the highest clip goes lower; assumed
 
 
-def needed_m(tube: str, n_clips: int = USUAL_CLIPS) -> float:
-    """Return the least length of "duct" or "artery" that has room for the clips and a cut, m.
+def spacing_m(applier: Instrument) -> float:
+    """Return the distance of the middles of two clips that stay in the patient, m."""
+    return clip_of(applier).width_m + CLIP_MIN_GAP_M + SPACING_SPARE_M
 
-    The thresholds alone require 12.1 mm for three clips and 8.4 mm for two. This length contains
-    two cuffs at the ends, the clips, the gaps between clips that stay, and a cut with a cuff on
-    either side. The remaining length is for the margins and tolerances above.
+
+def cut_room_m(applier: Instrument) -> float:
+    """Return the distance of the middles of the clips beside the cut: cut and two cuffs, m."""
+    return clip_of(applier).width_m + 2 * CUFF_MIN_M + CUT_SPARE_M
+
+
+def low_margin_m(structure: str, applier: Instrument) -> float:
+    """Return the least distance of the lowest clip's middle from the tube's fixed end, m."""
+    return applier.half_jaw_m + LOW_ROOM_M[structure]
+
+
+def high_margin_m(structure: str, applier: Instrument) -> float:
+    """Return the least distance of the highest clip's middle from the gallbladder, m."""
+    if structure == "duct":
+        return 0.5 * clip_of(applier).width_m
+    return applier.half_jaw_m - PRESSED_M
+
+
+def needed_m(structure: str, applier: Instrument, n_clips: int = USUAL_CLIPS) -> float:
+    """Return the least length of a tube that has room for the clips and a cut, m.
+
+    A tube takes three clips only where the highest clip's jaws stay clear of the gallbladder.
+
+    Args:
+        structure: "duct", "artery" or "second artery".
+        applier: The applier, whose clips and jaws need the room.
+        n_clips: Number of clips on the tube.
     """
-    staying_m = (n_clips - FEWEST_CLIPS) * SPACING_M
-    return LOW_MARGIN_M[tube] + staying_m + CUT_ROOM_M + HIGH_MARGIN_M - NEARER_M
+    least_m = _least_m(structure, applier, n_clips)
+    if n_clips == FEWEST_CLIPS:
+        return least_m
+    return least_m + applier.half_jaw_m + CLEAR_M - high_margin_m(structure, applier)
 
 
-def clips_needed(tube: str, length_m: float) -> int:
+def clips_needed(structure: str, length_m: float, applier: Instrument) -> int:
     """Return how many clips a tube of this length must have before it is cut."""
-    short = tube in LOW_MARGIN_M and length_m < needed_m(tube)
+    short = structure in LOW_ROOM_M and length_m < needed_m(structure, applier)
     return FEWEST_CLIPS if short else USUAL_CLIPS
 
 
 def clip_stations_m(
-    tube: str, length_m: Any, n_clips: int = USUAL_CLIPS, aside: float = 0.0
+    structure: str,
+    length_m: Any,
+    applier: Instrument,
+    n_clips: int = USUAL_CLIPS,
+    aside: float = 0.0,
 ) -> tuple[Any, ...]:
     """Return where the clips go, m from the fixed end: all but one low, the last one high.
 
-    The spare length is divided about equally, with a part on both sides of the cut. If spare length
-    is scarce, the last clip goes nearer to the gallbladder. A tube of `needed_m` has just room for
-    all clips.
+    Of the length beyond the least, half goes above the highest clip, until its jaws are well clear
+    of the gallbladder. The remaining spare length is divided about equally. A tube of the least
+    length has just room for all clips.
 
     Args:
-        tube: "duct" or "artery".
+        structure: "duct", "artery" or "second artery".
         length_m: Length of the tube at rest: a number, or numbers in an array or a tensor.
+        applier: The applier of the clips.
         n_clips: Number of clips on the tube.
         aside: How much lower than usual the last clip goes, 0 to 2.
     """
     if isinstance(length_m, int | float):
         length_m = np.float64(length_m)
-    n_low = n_clips - 1
-    first, last = LOW_MARGIN_M[tube], length_m - HIGH_MARGIN_M
-    spare = last - first - (n_low - 1) * SPACING_M - CUT_ROOM_M
-    nearer = (1.0 - aside) * (SCARCE_M - spare).clip(0.0, NEARER_M)
-    shared = (spare + nearer).clip(min=0.0)
     below, between, above = SHARES
-    low = [first + (below + k * between) * shared + k * SPACING_M for k in range(n_low)]
-    high = last + nearer - (above + 0.3 * aside) * spare.clip(min=0.0)
-    lacking = (low[-1] + CUT_ROOM_M - high).clip(min=0.0) * (spare > 0.0)
-    return (*low, high + lacking)
+    spare = length_m - _least_m(structure, applier, n_clips)
+    room = spare.clip(min=0.0)
+    first = low_margin_m(structure, applier)
+    low = [
+        first + (below + k * between) * room + k * spacing_m(applier) for k in range(n_clips - 1)
+    ]
+    comfort = (FIRST_ABOVE * room).clip(max=COMFORT_M)
+    off = comfort + (above * room - comfort).clip(min=0.0) + ASIDE * aside * room
+    lowest = low[-1] + cut_room_m(applier)
+    high = length_m - high_margin_m(structure, applier) - off
+    return (*low, high + (lowest - high).clip(min=0.0) * (spare > 0.0))
+
+
+def _least_m(structure: str, applier: Instrument, n_clips: int) -> float:
+    """Return the length of a tube on which clips and cut have the least margins, m."""
+    staying_m = (n_clips - FEWEST_CLIPS) * spacing_m(applier)
+    ends_m = low_margin_m(structure, applier) + high_margin_m(structure, applier)
+    return ends_m + staying_m + cut_room_m(applier)

@@ -7,7 +7,13 @@ from dataclasses import dataclass
 from itertools import pairwise
 
 from tissue_sim.field import Field
-from tissue_sim.outcome.predicates import cuffs_m, edge_m, good_clips, station_m
+from tissue_sim.outcome.predicates import (
+    beside_cut,
+    cuffs_m,
+    gap_between_m,
+    good_clips,
+    station_m,
+)
 from tissue_sim.surgery.clip import Clip, closure, grip_n, holding_forces_n
 from tissue_sim.thresholds import (
     CLIP_MAX_SLIP_M,
@@ -17,7 +23,6 @@ from tissue_sim.thresholds import (
     LUMEN_CLOSED,
     TEST_PULL_N,
 )
-from tissue_sim.tools.instruments import CLIP_WIDTH_M
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -59,20 +64,17 @@ def margins(field: Field) -> Iterator[Margin]:
 
 def _gaps_m(field: Field, tube: str) -> list[float]:
     """Return the distances between the edges of neighbouring clips."""
-    stations = sorted(station_m(c, tube) for c in good_clips(field, tube))
-    return [high - low - CLIP_WIDTH_M for low, high in pairwise(stations)]
+    ordered = sorted(good_clips(field, tube), key=lambda clip: station_m(clip, tube))
+    return [gap_between_m(low, high, tube) for low, high in pairwise(ordered)]
 
 
 def _cuffs_m(field: Field, tube: str) -> list[float]:
-    """Return the lengths of tissue between clips' edges and the tube's ends, and beside a cut."""
-    clips = good_clips(field, tube)
-    stations = [station_m(clip, tube) for clip in clips]
-    cuffs = [edge_m(field.tubes, clip, tube) for clip in clips]
+    """Return the lengths of tissue between a cut and the clips beside it."""
+    clips, cuffs = good_clips(field, tube), list[float]()
     for cut in (c for c in field.record.cuts if c.tube == tube):
-        low = max((s for s in stations if s < cut.station_m), default=None)
-        high = min((s for s in stations if s > cut.station_m), default=None)
-        if low is not None and high is not None:
-            cuffs.append(cuffs_m(cut, low, high))
+        low, high = beside_cut(cut, clips, tube)
+        if low and high:
+            cuffs.append(cuffs_m(cut, low[-1], high[0]))
     return cuffs
 
 

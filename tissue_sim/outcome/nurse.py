@@ -20,7 +20,7 @@ EXCHANGE_S = 0.8  # one way, assumed; a person takes longer, which is not studie
 
 
 def is_needed(observation: Observation, tool: str, *, clip: bool) -> bool:
-    """Return whether the right arm lacks the tool, or lacks a clip to place."""
+    """Return whether the right arm lacks the chosen tool, or lacks a clip to place."""
     if observation.tools[RIGHT_ARM] != tool:
         return True
     return clip and not observation.clip_loaded

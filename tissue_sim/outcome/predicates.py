@@ -30,7 +30,7 @@ from tissue_sim.thresholds import (
     TAUT_MIN,
 )
 from tissue_sim.tools.arms import LEFT_ARM, RIGHT_ARM
-from tissue_sim.tools.instruments import CLIP_WIDTH_M
+from tissue_sim.tools.instruments import Instrument, applier_for, applier_of
 
 
 def gallbladder_grasped(field: Field) -> bool:
@@ -85,11 +85,29 @@ def gap_m(tubes: Tubes) -> float:
     return float(apart - sum(tubes.radius_m(t) for t in TUBES))
 
 
+def applier_on(field: Field, tube: str) -> Instrument:
+    """Return the applier for a tube: of the first clip on it, else by the tube's width."""
+    kinds = (clip.kind for clip in field.record.clips if not clip.lost and clip.on(tube))
+    kind = next(kinds, None)
+    return applier_of(kind) if kind else applier_for(2.0 * field.tubes.radius_m(tube))
+
+
+def clips_needed_on(field: Field, tube: str) -> int:
+    """Return how many clips a tube must have before it is cut."""
+    return clips_needed(tube, field.tubes.length_m[tube], applier_on(field, tube))
+
+
 def good_clips(field: Field, tube: str) -> tuple[Clip, ...]:
-    """Return the clips on this tube alone that are complete, square and apart, and close it."""
+    """Return the clips on this tube alone that are complete, square and apart, and close it.
+
+    The highest clip on a tube leaves with the gallbladder, so it may also hold the gallbladder.
+    """
+    on_tube = [clip for clip in field.record.clips if not clip.lost and clip.on(tube)]
+    highest = max(on_tube, key=lambda clip: station_m(clip, tube), default=None)
     placed: list[Clip] = []
-    for clip in field.record.clips:
-        if _well_placed(field.tubes, clip, tube) and _apart(clip, placed, tube):
+    for clip in on_tube:
+        allowed = clip is highest or not clip.on_sac
+        if allowed and _well_placed(field.tubes, clip, tube) and _apart(clip, placed, tube):
             placed.append(clip)
     return tuple(placed)
 
@@ -99,9 +117,12 @@ def clip_placed(field: Field, tube: str, k: int) -> bool:
 
     If the tube needs fewer clips, that number is sufficient.
     """
-    n = min(k, clips_needed(tube, field.tubes.length_m[tube]))
-    stations = [station_m(c, tube) for c in good_clips(field, tube)][:n]
-    return len(stations) == n and all(a < b for a, b in pairwise(stations))
+    n = min(k, clips_needed_on(field, tube))
+    clips = good_clips(field, tube)[:n]
+    stations = [station_m(clip, tube) for clip in clips]
+    staying = clips[: clips_needed_on(field, tube) - 1]
+    rising = all(a < b for a, b in pairwise(stations))
+    return len(stations) == n and rising and not any(clip.on_sac for clip in staying)
 
 
 def right_arm_back(field: Field, from_m: float = RETRACTED_M) -> bool:
@@ -123,10 +144,9 @@ def tube_cut(field: Field, tube: str) -> bool:
     torn = any(t.tube == tube for t in field.record.tears)
     if torn or len(cuts) != 1 or not field.tubes.in_two_parts(tube):
         return False
-    stay = clips_needed(tube, field.tubes.length_m[tube]) - 1
-    stations = sorted(station_m(c, tube) for c in good_clips(field, tube))
-    low = [s for s in stations if s < cuts[0].station_m]
-    high = stations[len(low) :]
+    stay = clips_needed_on(field, tube) - 1
+    low, high = beside_cut(cuts[0], good_clips(field, tube), tube)
+    low = [clip for clip in low if not clip.on_sac]
     return len(low) >= stay and bool(high) and cuffs_m(cuts[0], low[-1], high[0]) >= CUFF_MIN_M
 
 
@@ -153,9 +173,12 @@ def untouched(field: Field) -> bool:
 
 
 def procedure_flags(field: Field) -> dict[str, bool]:
-    """Return which parts of the procedure are done now, regardless of the history."""
+    """Return which parts of the procedure are done now, regardless of the history.
+
+    The third tube's parts belong only to a patient with a second artery.
+    """
     flags = {"gallbladder grasped": gallbladder_grasped(field)}
-    for side in ("left", "right"):
+    for side in field.anatomy.tubes:
         tube = field.anatomy.structure(side)
         for k in range(1, USUAL_CLIPS + 1):
             flags[f"{side} clip {k}"] = clip_placed(field, tube, k)
@@ -172,22 +195,20 @@ def _well_placed(tubes: Tubes, clip: Clip, tube: str) -> bool:
         and not clip.lost
         and len(clip.crossings) == 1
         and all(clip.complete)
-        and not clip.on_sac
         and crossing.tilt_rad <= CLIP_MAX_TILT_RAD
         and closure(tubes, clip, tube) < LUMEN_CLOSED
-        and edge_m(tubes, clip, tube) >= CUFF_MIN_M
+        and station_m(clip, tube) >= 0.5 * clip.kind.width_m
     )
 
 
-def edge_m(tubes: Tubes, clip: Clip, tube: str) -> float:
-    """Return the distance from the clip's edge to the nearer end of the tube."""
-    s = station_m(clip, tube)
-    return min(s, tubes.length_m[tube] - s) - 0.5 * CLIP_WIDTH_M
-
-
 def _apart(clip: Clip, placed: Sequence[Clip], tube: str) -> bool:
-    least = CLIP_MIN_GAP_M + CLIP_WIDTH_M
-    return all(abs(station_m(clip, tube) - station_m(p, tube)) >= least for p in placed)
+    return all(gap_between_m(clip, p, tube) >= CLIP_MIN_GAP_M for p in placed)
+
+
+def gap_between_m(clip: Clip, other: Clip, tube: str) -> float:
+    """Return the distance between the edges of two clips on a tube, m; negative if they overlap."""
+    apart_m = abs(station_m(clip, tube) - station_m(other, tube))
+    return apart_m - 0.5 * (clip.kind.width_m + other.kind.width_m)
 
 
 def station_m(clip: Clip, tube: str) -> float:
@@ -202,9 +223,18 @@ def station_m(clip: Clip, tube: str) -> float:
     return crossing.station_m
 
 
-def cuffs_m(cut: Cut, low_m: float, high_m: float) -> float:
+def beside_cut(cut: Cut, clips: Sequence[Clip], tube: str) -> tuple[list[Clip], list[Clip]]:
+    """Return the clips below and above a cut of their tube, from the fixed end up."""
+    ordered = sorted(clips, key=lambda clip: station_m(clip, tube))
+    n_low = sum(station_m(clip, tube) < cut.station_m for clip in ordered)
+    return ordered[:n_low], ordered[n_low:]
+
+
+def cuffs_m(cut: Cut, low: Clip, high: Clip) -> float:
     """Return the shorter stump's length beyond its clip; negative for a cut elsewhere."""
-    return min(cut.station_m - low_m, high_m - cut.station_m) - 0.5 * CLIP_WIDTH_M
+    below_m = cut.station_m - station_m(low, cut.tube) - 0.5 * low.kind.width_m
+    above_m = station_m(high, cut.tube) - cut.station_m - 0.5 * high.kind.width_m
+    return min(below_m, above_m)
 
 
 def _middle(centres: Array) -> Array:

@@ -6,32 +6,29 @@ decides by it whether a call was right.
 
 from __future__ import annotations
 
-import numpy as np
-
 from tissue_sim.outcome.clip_rule import FEWEST_CLIPS, needed_m
 from tissue_sim.patient.anatomy import Anatomy
-from tissue_sim.patient.organ import TUBES
-
-# An artery that enters the gallbladder this far round has crossed the duct. Of 28 tuning
-# patients with one (seeds 21 to 3282) the expert passed 21: a tube covers a clip's place.
-CROSSING_TURN_RAD = 0.5 * np.pi
-CROSSES = "The artery crosses the duct: a person must deal with it."
-MUST_DEAL = "There is a second artery: a person must deal with it."
+from tissue_sim.tools.instruments import applier_for
 
 
 def why_call(anatomy: Anatomy) -> str | None:
     """Return why a person must be called before anything is clipped, in a surgeon's words.
 
-    The result is None if the procedure can be done. Then both tubes have room for a clip on either
-    side of a cut. The tubes do not cross, and there is no second artery.
+    The result is None if the procedure can be done. Then each tube has room for a clip on either
+    side of a cut. An artery that crosses the duct is clipped after the duct, in the usual order.
     """
-    lengths_m = {"duct": anatomy.duct_length_m, "artery": anatomy.artery_length_m}
-    reasons = [
-        f"The {tube} is {1e3 * lengths_m[tube]:.1f} mm long: a clip on either side of a cut needs"
-        f" {1e3 * needed_m(tube, FEWEST_CLIPS):.1f} mm."
-        for tube in TUBES
-        if lengths_m[tube] < needed_m(tube, FEWEST_CLIPS)
-    ]
-    reasons += [CROSSES] if abs(anatomy.artery_turn_rad) > CROSSING_TURN_RAD else []
-    reasons += [] if anatomy.second_artery is None else [MUST_DEAL]
-    return " ".join(reasons) or None
+    sizes_m = {"duct": (anatomy.duct_length_m, anatomy.duct_diameter_m)}
+    sizes_m |= {name: (a.length_m, a.diameter_m) for name, a in anatomy.arteries.items()}
+    reasons = (_too_short(tube, *size_m) for tube, size_m in sizes_m.items())
+    return " ".join(filter(None, reasons)) or None
+
+
+def _too_short(tube: str, length_m: float, diameter_m: float) -> str:
+    """Return in words that a tube has no room for the clips of its width; "" if it has."""
+    needs_m = needed_m(tube, applier_for(diameter_m), FEWEST_CLIPS)
+    if length_m >= needs_m:
+        return ""
+    return (
+        f"The {tube} is {1e3 * length_m:.1f} mm long: a clip on either side of a cut needs"
+        f" {1e3 * needs_m:.1f} mm."
+    )

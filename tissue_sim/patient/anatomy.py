@@ -6,7 +6,7 @@ import hashlib
 import json
 import math
 from dataclasses import asdict, dataclass, fields
-from typing import Any
+from typing import Any, Literal, get_args
 
 import numpy as np
 
@@ -47,6 +47,11 @@ COUNTS: dict[str, Range] = {  # assumed
     "fat_strands": Range(least=0, most=40),
     "fat_lobules": Range(least=0, most=12),
 }
+Tube = Literal["left", "right", "third"]
+"""The tubes as the endoscope shows them; a second artery is the third."""
+
+TUBES: tuple[Tube, ...] = get_args(Tube)
+USUAL_TUBES = TUBES[:2]  # in every patient
 WIDEST_TUBE = 0.26  # largest tube diameter over the gallbladder's width: the infundibulum's
 
 
@@ -138,11 +143,21 @@ class Anatomy:
         return first | ({"second artery": self.second_artery} if self.second_artery else {})
 
     @property
+    def artery_crosses(self) -> bool:
+        """Return whether the artery enters so far round the sac that it crosses the duct."""
+        return abs(self.artery_turn_rad) > math.pi / 2
+
+    @property
+    def tubes(self) -> tuple[Tube, ...]:
+        """Return the tubes to the gallbladder, as the endoscope shows them."""
+        return TUBES if self.second_artery else USUAL_TUBES
+
+    @property
     def variant(self) -> str:
         """Return the name of the uncommon course, the more important one of two, or "usual"."""
         if self.second_artery:
             return "two-arteries"
-        if abs(self.artery_turn_rad) > math.pi / 2:
+        if self.artery_crosses:
             return "artery-in-front" if self.artery_turn_rad > 0 else "artery-behind"
         if self.artery_on_left:
             return "swapped"
@@ -155,7 +170,9 @@ class Anatomy:
         return hashlib.sha256(text.encode()).hexdigest()[:12]
 
     def structure(self, tube: str) -> str:
-        """Return the structure, "duct" or "artery", of the "left" or "right" tube."""
+        """Return the structure of one of `TUBES`: "duct", "artery" or "second artery"."""
+        if tube == "third":
+            return "second artery"
         return "artery" if (tube == "left") == self.artery_on_left else "duct"
 
     def _check_widths(self) -> None:

@@ -7,40 +7,53 @@ import sapien
 
 from tissue_sim.field import Field
 from tissue_sim.frames import Array, pose
-from tissue_sim.rendering.clip_shape import HALF_TURN, LOOK, leg
+from tissue_sim.rendering.clip_shape import HALF_TURN, leg, look_of
 from tissue_sim.rendering.drawing import Drawn
 from tissue_sim.sensing.observation import MAX_CLIPS
 from tissue_sim.surgery.clip import T_world_clip
 from tissue_sim.tools.arms import RIGHT_ARM
+from tissue_sim.tools.clips import CLIPS, ClipKind
 from tissue_sim.tools.instruments import PATCH_LINKS
 
 
 class DrawnClips:
-    """Two legs for each clip, both on tissue and loose in the field."""
+    """Two legs for each clip, both on tissue and loose in the field.
+
+    Every place in the order of the clips has the legs of each kind; those of other kinds hide.
+    """
 
     def __init__(self, scene: sapien.Scene) -> None:
         self._legs = [
-            (Drawn(scene, "clip", LOOK), Drawn(scene, "clip", LOOK)) for _ in range(MAX_CLIPS + 1)
+            {name: _two_legs(scene, kind) for name, kind in CLIPS.items()}
+            for _ in range(MAX_CLIPS + 1)
         ]
 
     def update(self, field: Field) -> None:
         """Draw every clip at its current place."""
-        places = T_world_legs(field)
-        for k, legs in enumerate(self._legs):
-            for side, drawn in enumerate(legs):
-                if k < len(places):
-                    drawn.keep(leg())
-                    drawn.move(places[k][side])
-                else:
-                    drawn.hide()
+        shown = T_world_legs(field)
+        for k, by_kind in enumerate(self._legs):
+            kind, places = shown[k] if k < len(shown) else (None, ())
+            for name, legs in by_kind.items():
+                if kind is None or name != kind.name:
+                    for drawn in legs:
+                        drawn.hide()
+                    continue
+                for drawn, T in zip(legs, places, strict=True):
+                    drawn.keep(leg(kind))
+                    drawn.move(T)
 
 
-def T_world_legs(field: Field) -> list[tuple[Array, Array]]:
-    """Return the poses of both legs of each clip: the latest `MAX_CLIPS`, then the loaded one."""
+def _two_legs(scene: sapien.Scene, kind: ClipKind) -> tuple[Drawn, Drawn]:
+    return Drawn(scene, "clip", look_of(kind)), Drawn(scene, "clip", look_of(kind))
+
+
+def T_world_legs(field: Field) -> list[tuple[ClipKind, tuple[Array, Array]]]:
+    """Return kind and legs' poses of each clip: the latest `MAX_CLIPS`, then the loaded one."""
     clips = field.record.clips[-MAX_CLIPS:]
-    places = [legs_of_latched(T_world_clip(field.tubes, clip)) for clip in clips]
-    if field.record.clip_loaded and field.arms.mounted[RIGHT_ARM].deed == "clip":
-        places.append(_legs_of_loaded(field))
+    places = [(clip.kind, legs_of_latched(T_world_clip(field.tubes, clip))) for clip in clips]
+    loaded = field.arms.mounted[RIGHT_ARM].clip
+    if field.record.clip_loaded and loaded is not None:
+        places.append((loaded, _legs_of_loaded(field)))
     return places
 
 

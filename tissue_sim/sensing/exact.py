@@ -6,16 +6,20 @@ No robot has this sense.
 from __future__ import annotations
 
 from functools import cache
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from tissue_sim.field import Field
 from tissue_sim.frames import Array, cross, inverse_pose, transform
+from tissue_sim.patient.anatomy import TUBES, USUAL_TUBES
 from tissue_sim.patient.at_risk import AT_RISK
 from tissue_sim.patient.mesher import ring_radii_m
 from tissue_sim.sensing.observation import (
     MAX_CLIPS,
+    N_POINTS,
+    ROWS,
     SAC_POINTS,
     TRUNK_POINTS,
     TUBE_POINTS,
@@ -43,14 +47,16 @@ def make(setup: SenseSetup) -> SenseExact:
 def exact_observation(field: Field) -> Observation:
     """Copy the field's exact state into an observation, without images."""
     to_endoscope = inverse_pose(field.T_world_endoscope)
-    left, right = (field.anatomy.structure(side) for side in ("left", "right"))
     x = field.tissue.positions()
     clips = [field.clip_position_m(c)[None] for c in field.record.clips[-MAX_CLIPS:]]
     sac = x[field.organ.sac_rings[:SAC_POINTS, 0]]
-    tubes = [_centreline(field, x, tube, TUBE_POINTS) for tube in (left, right)]
+    tubes = [_centreline(field, x, tube, TUBE_POINTS) for tube in _structures(field)]
     trunks = [_centreline(field, x, trunk, TRUNK_POINTS) for trunk in AT_RISK]
-    points = transform(to_endoscope, np.concatenate((*tubes, sac, *trunks, *clips)))
-    points = np.concatenate([points, np.zeros((MAX_CLIPS - len(clips), 3))])
+    tubes_m = transform(to_endoscope, np.concatenate(tubes))
+    others_m = transform(to_endoscope, np.concatenate((sac, *trunks, *clips)))
+    points, n = np.zeros((N_POINTS, 3)), ROWS["tubes_m"].stop
+    points[: len(tubes_m)], points[n : n + len(others_m)] = tubes_m, others_m
+    hidden = (np.arange(N_POINTS) >= len(tubes_m)) & (np.arange(N_POINTS) < n)
     return Observation(
         time_s=field.record.time_s,
         joints=field.arms.joints,
@@ -59,16 +65,31 @@ def exact_observation(field: Field) -> Observation:
         pinch_n=field.record.grasp.pinch_n,
         tools=(field.arms.mounted[0].name, field.arms.mounted[1].name),
         clip_loaded=field.record.clip_loaded,
+        clip_kinds=tuple(clip.kind.name for clip in field.record.clips),
         **points_by_name(points),
         n_clips=len(field.record.clips),
-        severed=np.array([len(field.tubes.severed_rings(s)) > 0 for s in (left, right)]),
-        tube_radius_m=np.array([field.tubes.radius_m(s) for s in (left, right)]),
-        rest_length_m=np.array([field.tubes.length_m[s] for s in (left, right)]),
+        **_of_tubes(field),
         third_tube=float(field.anatomy.second_artery is not None),
+        hidden=hidden,
         sac_radius_m=ring_radii_m(x, field.organ.sac_rings[:SAC_POINTS]),
         T_world_endoscope=field.T_world_endoscope,
         shaft_offset_m=_shaft_offset_m(field),
     )
+
+
+def _structures(field: Field) -> list[str]:
+    """Return the structures of the tubes that are there, in the order of `TUBES`."""
+    tubes = TUBES if field.anatomy.second_artery else USUAL_TUBES
+    return [field.anatomy.structure(tube) for tube in tubes]
+
+
+def _of_tubes(field: Field) -> dict[str, Any]:
+    """Return whether each tube is severed, its radius and its length; zeros without a third."""
+    severed, radius_m, length_m = np.zeros(len(TUBES), bool), *np.zeros((2, len(TUBES)))
+    for k, tube in enumerate(_structures(field)):
+        severed[k] = len(field.tubes.severed_rings(tube)) > 0
+        radius_m[k], length_m[k] = field.tubes.radius_m(tube), field.tubes.length_m[tube]
+    return {"severed": severed, "tube_radius_m": radius_m, "rest_length_m": length_m}
 
 
 def _shaft_offset_m(field: Field) -> Array:

@@ -15,10 +15,11 @@ from tissue_sim.frames import Array, inverse_pose, transform
 from tissue_sim.mechanics.topology import boundary_faces
 from tissue_sim.patient.at_risk import AT_RISK, RADIUS_M
 from tissue_sim.sensing.cameras import CameraSpec, T_world_camera
-from tissue_sim.sensing.observation import POINTS, Observation
+from tissue_sim.sensing.observation import N_POINTS, ROWS, TUBE_POINTS, Observation
 from tissue_sim.sensing.ray_tests import RayMesh, blocked
+from tissue_sim.tools.clips import CLIPS
 from tissue_sim.tools.instrument_meshes import link_parts
-from tissue_sim.tools.instruments import CLIP_LENGTH_M, PATCH_LINKS, Instrument
+from tissue_sim.tools.instruments import PATCH_LINKS, Instrument
 
 EYES = ("endoscope_left", "wrist_left", "wrist_right")  # the right eye's view equals the left one's
 DEPTH_M = 0.0015  # assumed: depth behind the first surface at which a wall is still visible
@@ -38,13 +39,16 @@ class Occlusion:
         return Occlusion, ()
 
     def hidden(self, field: Field, observation: Observation) -> NDArray[np.bool_]:
-        """Return (`N_POINTS`,) which points of the exact observation no camera observes now."""
+        """Return (`N_POINTS`,) which points of the exact observation no camera observes now.
+
+        Points that it hides already, of a tube that is not there, stay hidden.
+        """
         points = transform(field.T_world_endoscope, observation.points_m())
         T_world_eye = np.stack([T_world_camera(field, name) for name in EYES])
         visible = _in_view(T_world_eye, points) & ~self._blocked(
             field, observation, T_world_eye, points
         )
-        return np.asarray(~visible.any(axis=0))
+        return np.asarray(~visible.any(axis=0) | observation.hidden)
 
     def _blocked(
         self, field: Field, observation: Observation, T_world_eye: Array, points: Array
@@ -88,12 +92,14 @@ def _joined(meshes: list[trimesh.Trimesh]) -> RayMesh:
 
 def depths_m(observation: Observation) -> NDArray[np.float32]:
     """Return the depth (`N_POINTS`,) of each point below the wall of its structure."""
-    deep = dict(zip(POINTS, (*observation.tube_radius_m, SAC_DEPTH_M), strict=False))
-    deep |= {"clips_m": CLIP_LENGTH_M}
+    deep = {"sac_m": SAC_DEPTH_M, "clips_m": max(kind.length_m for kind in CLIPS.values())}
     for name, trunk in zip(("common_bile_duct_m", "hepatic_artery_m"), AT_RISK, strict=True):
         deep[name] = RADIUS_M[trunk]
-    parts = [np.full(n, deep[name] + DEPTH_M) for name, n in POINTS.items()]
-    return np.concatenate(parts).astype(np.float32)
+    depths = np.zeros(N_POINTS, np.float32)
+    depths[ROWS["tubes_m"]] = np.repeat(observation.tube_radius_m, TUBE_POINTS)
+    for name, depth_m in deep.items():
+        depths[ROWS[name]] = depth_m
+    return depths + np.float32(DEPTH_M)
 
 
 def _in_view(T_world_eye: Array, points: Array) -> NDArray[np.bool_]:

@@ -7,13 +7,14 @@ from numpy.typing import NDArray
 
 from tissue_sim.field import Field
 from tissue_sim.frames import Array, inverse_pose, transform
+from tissue_sim.patient.anatomy import TUBES
 from tissue_sim.rendering.shader_pack import MICROMETRE
 from tissue_sim.sensing.cameras import CameraSpec
 from tissue_sim.sensing.glance import pixels_of
-from tissue_sim.sensing.observation import MAX_CLIPS, N_POINTS, Observation
+from tissue_sim.sensing.observation import N_POINTS, Observation
 from tissue_sim.sensing.occlusion import DEPTH_M, depths_m
 
-N_ENDS = 4  # ends of the left and the right tube's cut, each below and above the cut
+N_ENDS = 2 * len(TUBES)  # ends of each tube's cut, below and above the cut
 N_SHOWN = N_POINTS + N_ENDS
 
 
@@ -23,11 +24,11 @@ def shown_points(field: Field, observation: Observation) -> tuple[Array, NDArray
     The points are those of the exact observation, then the ends of a cut. The depth of a point is
     its largest depth below the wall of its structure.
     """
-    points, there = np.zeros((N_SHOWN, 3)), np.ones(N_SHOWN, bool)
+    points, there = np.zeros((N_SHOWN, 3)), np.zeros(N_SHOWN, bool)
     points[:N_POINTS] = transform(field.T_world_endoscope, observation.points_m())
-    there[N_POINTS - MAX_CLIPS : N_POINTS] = np.arange(MAX_CLIPS) < observation.n_clips
+    there[:N_POINTS] = observation.there
     x = field.tissue.positions()
-    for k, side in enumerate(("left", "right")):
+    for k, side in enumerate(observation.tubes):
         tube = field.anatomy.structure(side)
         severed = field.tubes.severed_rings(tube)
         at = slice(N_POINTS + 2 * k, N_POINTS + 2 * k + 2)

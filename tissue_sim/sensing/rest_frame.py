@@ -9,19 +9,19 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from tissue_sim.patient.anatomy import USUAL_TUBES
 from tissue_sim.sensing.observation import N_POINTS, POINTS_BEGIN, POINTS_END, part_of
 
 Floats = NDArray[np.float32]
 
 
 def fixed_m(vectors: Floats) -> Floats:
-    """Return the middle between the tubes' fixed ends (..., 3).
+    """Return the middle between the left and the right tube's fixed ends (..., 3).
 
     Args:
         vectors: `Observation.vector()` (..., `VECTOR_SIZE`).
     """
-    left_m, right_m = (part_of(vectors, f"{side}_tube_m")[..., 0, :] for side in ("left", "right"))
-    return 0.5 * (left_m + right_m)
+    return part_of(vectors, "tubes_m")[..., : len(USUAL_TUBES), 0, :].mean(axis=-2)
 
 
 def at_rest(vectors: Floats, rest_m: Floats) -> Floats:

@@ -9,28 +9,29 @@ from __future__ import annotations
 import numpy as np
 
 from tissue_sim.frames import Array
-from tissue_sim.sensing.observation import TUBE_POINTS
+from tissue_sim.patient.anatomy import TUBES
+from tissue_sim.sensing.observation import ROWS, TUBE_POINTS, TUBE_ROWS
 from tissue_sim.thresholds import HELD_PINCH_N
 
 CHORDS = 0.992  # points' chords over a slack tube's length: measured on 30 training patients
 EXACT_M2 = 1e-8  # added to a variance, so that an exact look has a finite weight
-_ENDS = np.array([[0, TUBE_POINTS - 1], [TUBE_POINTS, 2 * TUBE_POINTS - 1]])
+_ENDS = np.array([[rows.start, rows.stop - 1] for rows in TUBE_ROWS.values()])
 
 
 class RestLengths:
     """Averages the lengths of one patient's tubes over all looks without traction.
 
     Attributes:
-        std_m: (2,) standard deviation of the best look at the left and at the right tube. Errors
-            that looks have in common remain.
+        std_m: (3,) standard deviation of the best look at each of `TUBES`. Errors that looks have
+            in common remain.
     """
 
     def __init__(self) -> None:
-        self._weight, self._total_m = np.zeros(2), np.zeros(2)
-        self.std_m = np.full(2, np.inf)
+        self._weight, self._total_m = np.zeros(len(TUBES)), np.zeros(len(TUBES))
+        self.std_m = np.full(len(TUBES), np.inf)
 
     def estimate(self, points_m: Array, std_m: Array, *, pinch_n: float, n_clips: int) -> Array:
-        """Add one observation, and return both lengths (2,), m.
+        """Add one observation, and return the lengths (3,), m.
 
         The first observation always counts.
 
@@ -42,7 +43,7 @@ class RestLengths:
         """
         at_rest = pinch_n < HELD_PINCH_N and n_clips == 0
         if at_rest or not self._weight.any():
-            tubes_m = points_m[: 2 * TUBE_POINTS].reshape(2, TUBE_POINTS, 3)
+            tubes_m = points_m[: ROWS["tubes_m"].stop].reshape(len(TUBES), TUBE_POINTS, 3)
             seen_m = np.linalg.norm(np.diff(tubes_m, axis=1), axis=2).sum(axis=1) / CHORDS
             variance_m2 = (std_m[_ENDS] ** 2).sum(axis=1)
             weight = 1.0 / (variance_m2 + EXACT_M2)

@@ -8,14 +8,15 @@ from typing import NamedTuple
 import torch
 from torch import Tensor
 
-from tissue_sim.sensing.observation import MAX_CLIPS, SAC_POINTS, TUBE_POINTS
+from tissue_sim.patient.anatomy import USUAL_TUBES
+from tissue_sim.sensing.observation import LIKELY, MAX_CLIPS, ROWS, TUBE_POINTS
 from tissue_sim.thresholds import GRASP_MIN_TRACTION_N, HELD_PINCH_N, SPREAD_MIN_M, TAUT_MIN
 from tissue_sim.tools.arms import LEFT_ARM, RIGHT_ARM
 
 FAR_SCALE_M, NEAR_SCALE_M = 0.03, 0.006  # a working distance; about half a jaw's length
 LENGTH_M = 0.01
 UNSURE_M, RADIUS_M = 0.001, 0.002
-N_SEEN = 2 * TUBE_POINTS + SAC_POINTS  # points of tubes and sac
+N_SEEN = ROWS["sac_m"].stop  # points of tubes and sac
 WAVES_M = 0.008, 0.004, 0.002  # resolve differences of a tenth of a millimetre
 FORCE_N, TOUCH_N = 2.0, 0.2
 CLIPS_A_TUBE = 4  # one clip more than a tube should have
@@ -60,12 +61,11 @@ def tissue_features(now: dict[str, Tensor]) -> list[Tensor]:
 
     Returns:
         Features (B, ...), in this order. Offsets from each tip in the endoscope's frame. The same
-            offsets in the tool's frame, coarse and fine. Which clips exist. `along_tube` for both
+            offsets in the tool's frame, coarse and fine. Which clips exist. `along_tube` for all
             tubes. Standard deviations and hidden marks of the points of tubes and sac. Radii and
             lengths of the tubes.
     """
-    tubes = [now["left_tube_m"], now["right_tube_m"]]
-    closed = closed_clips(now)
+    tubes, closed, exist = now["tubes_m"].unbind(dim=1), closed_clips(now), tubes_there(now)
     lengths_m = now["rest_length_m"].split(1, dim=1)
     sitting = [
         clips_along(tube, length_m, now["clips_m"], closed)
@@ -74,16 +74,20 @@ def tissue_features(now: dict[str, Tensor]) -> list[Tensor]:
     points = torch.cat(
         [*tubes, now["sac_m"], now["clips_m"], *(clips.places_m for clips in sitting)], dim=1
     )
-    n_always = points.shape[1] - MAX_CLIPS - 2 * CLIPS_A_TUBE
     of_clips = torch.cat([closed, *(clips.there for clips in sitting)], dim=1)
-    there = torch.cat([torch.ones_like(points[:, :n_always, 0]), of_clips], dim=1)[..., None]
+    of_tubes = exist.repeat_interleave(TUBE_POINTS, dim=1)
+    of_sac = torch.ones_like(now["sac_m"][..., 0])
+    there = torch.cat([of_tubes, of_sac, of_clips], dim=1)[..., None]
     tips = now["tips_endoscope"]
     off = (points[:, None] - tips[:, :, None, :, 3]) * there[:, None]  # (B, 2, n, 3)
     off_tool = torch.einsum("baji,banj->bani", tips[..., :3], off)
     tip_m = tips[:, RIGHT_ARM, None, :, 3]
     return [
         off / FAR_SCALE_M, off_tool / FAR_SCALE_M, torch.tanh(off_tool / NEAR_SCALE_M), of_clips,
-        *(along_tube(*parts, tip_m) for parts in zip(tubes, lengths_m, sitting, strict=True)),
+        *(
+            exist[:, k, None] * along_tube(*parts, tip_m)
+            for k, parts in enumerate(zip(tubes, lengths_m, sitting, strict=True))
+        ),
         torch.tanh(now["std_m"][:, :N_SEEN] / UNSURE_M), now["hidden"][:, :N_SEEN],
         now["tube_radius_m"] / RADIUS_M, now["rest_length_m"] / LENGTH_M,
         torch.tanh(now["rest_length_std_m"] / UNSURE_M),
@@ -96,12 +100,11 @@ def grasp_features(now: dict[str, Tensor]) -> list[Tensor]:
     The features are the tubes' straightness, the gap between tubes, the traction and the pinch.
     Each feature is zero exactly at the threshold.
     """
-    tubes = torch.stack([now["left_tube_m"], now["right_tube_m"]], dim=1)  # (B, 2, n, 3)
-    chord_m = (tubes[:, :, -1] - tubes[:, :, 0]).norm(dim=-1)
+    chord_m = (now["tubes_m"][:, :, -1] - now["tubes_m"][:, :, 0]).norm(dim=-1)  # (B, 3)
     taut = chord_m / now["rest_length_m"].clamp(min=1e-6) - TAUT_MIN
     traction_n = now["forces_n"][:, LEFT_ARM].norm(dim=-1, keepdim=True)
     return [
-        torch.tanh(taut / SLACK),
+        tubes_there(now) * torch.tanh(taut / SLACK),
         torch.tanh((gap_m(now) - SPREAD_MIN_M) / GAP_M),
         torch.tanh((traction_n - GRASP_MIN_TRACTION_N) / TRACTION_N),
         torch.tanh((now["pinch_n"] - HELD_PINCH_N) / PINCH_N),
@@ -109,11 +112,21 @@ def grasp_features(now: dict[str, Tensor]) -> list[Tensor]:
 
 
 def gap_m(now: dict[str, Tensor]) -> Tensor:
-    """Return (B, 1) the smallest distance between the tubes' walls over their middle halves."""
-    n = now["left_tube_m"].shape[1]
-    left, right = (now[f"{side}_tube_m"][:, n // 4 : n - n // 4] for side in ("left", "right"))
+    """Return (B, 1) the smallest distance between the left and the right tube's walls.
+
+    The distance is over the tubes' middle halves.
+    """
+    quarter, n = TUBE_POINTS // 4, len(USUAL_TUBES)
+    left, right = now["tubes_m"][:, :n, quarter : TUBE_POINTS - quarter].unbind(dim=1)
     apart_m = torch.cdist(left, right).flatten(1).amin(dim=1, keepdim=True)
-    return apart_m - now["tube_radius_m"].sum(dim=1, keepdim=True)
+    return apart_m - now["tube_radius_m"][:, :n].sum(dim=1, keepdim=True)
+
+
+def tubes_there(now: dict[str, Tensor]) -> Tensor:
+    """Return (B, 3) 1 where there is a tube, else 0, in the order of `TUBES`."""
+    third = (now["third_tube"] > LIKELY).to(now["third_tube"])
+    usual = torch.ones_like(third).expand(-1, len(USUAL_TUBES))
+    return torch.cat([usual, third], dim=1)
 
 
 def duct_is_left(now: dict[str, Tensor]) -> Tensor:
@@ -121,11 +134,15 @@ def duct_is_left(now: dict[str, Tensor]) -> Tensor:
 
     The duct continues the gallbladder's neck, and the artery enters the wall beside the neck.
     """
-    neck_m = now["sac_m"][:, 0]
-    left_m, right_m = (
-        (now[name][:, -1] - neck_m).norm(dim=-1) for name in ("left_tube_m", "right_tube_m")
-    )
+    off_m = now["tubes_m"][:, : len(USUAL_TUBES), -1] - now["sac_m"][:, :1]
+    left_m, right_m = off_m.norm(dim=-1).unbind(dim=1)
     return left_m <= right_m
+
+
+def is_duct(now: dict[str, Tensor]) -> Tensor:
+    """Return (B, 3) whether each of `TUBES` is the duct; a third tube is an artery."""
+    left = duct_is_left(now)
+    return torch.stack([left, ~left, torch.zeros_like(left)], dim=1)
 
 
 def closed_clips(now: dict[str, Tensor]) -> Tensor:

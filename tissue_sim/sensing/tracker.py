@@ -8,20 +8,22 @@ from __future__ import annotations
 
 from collections import deque
 from functools import cache
-from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
 
 from tissue_sim.constants import CONTROL_PERIOD_S
 from tissue_sim.frames import Array, exponential
+from tissue_sim.patient.anatomy import TUBES
 from tissue_sim.sensing.observation import (
+    LIKELY,
+    LINE_ROWS,
     MAX_CLIPS,
     N_LINE,
     N_POINTS,
-    POINTS,
     POINTS_BEGIN,
     POINTS_END,
+    TUBE_ROWS,
     fields,
 )
 from tissue_sim.sensing.rest_length import RestLengths
@@ -29,9 +31,8 @@ from tissue_sim.sensing.sensor_model import BLURRED_M, SHARP_M, SensorModel
 from tissue_sim.tools.arms import RIGHT_ARM
 
 Floats = NDArray[np.float32]
+MOST_DOUBT = 0.49  # of a third tube: this sense never mistakes the number of tubes; assumed
 NEIGHBOUR = 0.8  # correlation of the errors of neighbouring points of a line, measured
-_STARTS = np.cumsum([0, *POINTS.values()])[:-1].tolist()
-LINES = tuple(slice(*ends) for ends in pairwise(_STARTS))  # without the clips
 
 
 class Tracker:
@@ -47,15 +48,15 @@ class Tracker:
         self._bias_m = model.scene_m * rng.standard_normal(3) + self._lines(model.bias_m)
         self._bias_m[N_LINE:] += model.clip_m * rng.standard_normal((MAX_CLIPS, 3))
         self._bias_m = self._bias_m + shared_m
-        self._along_m = model.along_m * rng.standard_normal((len(LINES), 2))
+        self._along_m = model.along_m * rng.standard_normal((len(LINE_ROWS), 2))
         self._slow_m = self._lines(model.slow_m)
         self._force_n = model.force_n * rng.standard_normal(7)
         self._hand_eye_m = shared_m + model.hand_eye_m * rng.standard_normal((2, 3))
         turns = model.hand_eye_rad * rng.standard_normal((2, 3))
         self._hand_eye = np.stack([exponential(turn) for turn in turns])
-        self._radius = 1.0 + model.tube_radius * np.clip(rng.standard_normal(2), -2.0, 2.0)
+        self._radius = 1.0 + model.tube_radius * np.clip(rng.standard_normal(len(TUBES)), -2.0, 2.0)
         self._sac_radius = 1.0 + model.sac_radius * np.clip(rng.standard_normal(), -2.0, 2.0)
-        self._third = model.third_tube * abs(float(rng.standard_normal()))
+        self._third = min(model.third_tube * abs(float(rng.standard_normal())), MOST_DOUBT)
         self._past: deque[Floats] = deque(maxlen=round(model.delay_s / CONTROL_PERIOD_S) + 1)
         self._lost = np.zeros(N_POINTS, bool)
         self._lengths = RestLengths()
@@ -71,18 +72,17 @@ class Tracker:
         self._n += 1
         seen = exact.copy()
         parts = fields(seen)  # views
-        seen[POINTS_BEGIN:POINTS_END] = self._at_m.ravel()
-        self._tell_points(parts)
+        there = _there(parts)
+        seen[POINTS_BEGIN:POINTS_END] = np.where(there[:, None], self._at_m, 0.0).ravel()
+        self._tell_points(parts, there)
         self._tell_tools(parts)
-        self._tell_lengths(parts)
+        self._tell_lengths(seen, parts)
         return seen
 
-    def _tell_points(self, parts: dict[str, NDArray]) -> None:
-        n_clips = int(parts["n_clips"][0])
-        parts["clips_m"][n_clips:] = 0.0
+    def _tell_points(self, parts: dict[str, NDArray], there: NDArray[np.bool_]) -> None:
         std_m = np.hypot(self._error_m, self._creep_m())
-        std_m[N_LINE + n_clips :] = 0.0
-        parts["std_m"][:], parts["age_s"][:], parts["hidden"][:] = std_m, self._age_s, self._unseen
+        parts["std_m"][:] = np.where(there, std_m, 0.0)
+        parts["age_s"][:], parts["hidden"][:] = np.where(there, self._age_s, 0.0), self._unseen
         parts["severed"][:] = self._severed_now
         parts["tube_radius_m"][:] *= self._radius
         parts["sac_radius_m"][:] *= self._sac_radius
@@ -102,9 +102,9 @@ class Tracker:
         parts["forces_n"] += error_n[:6].reshape(2, 3)
         parts["pinch_n"][0] = max(parts["pinch_n"][0] + error_n[6], 0.0)
 
-    def _tell_lengths(self, parts: dict[str, NDArray]) -> None:
+    def _tell_lengths(self, seen: Floats, parts: dict[str, NDArray]) -> None:
         parts["rest_length_m"][:] = self._lengths.estimate(
-            self._at_m,
+            seen[POINTS_BEGIN:POINTS_END].reshape(N_POINTS, 3).astype(float),
             parts["std_m"],
             pinch_n=float(parts["pinch_n"][0]),
             n_clips=int(parts["n_clips"][0]),
@@ -119,8 +119,8 @@ class Tracker:
         unseen = (parts["hidden"] > 0.5) | self._dropped()
         if self._n == 0:
             self._at_m, self._age_s = exact_m + error_m, np.zeros(N_POINTS)
-            self._clips, self._severed_s = 0, np.full(2, -np.inf)
-            self._severed_now, self._unseen = np.zeros(2, bool), unseen
+            self._clips, self._severed_s = 0, np.full(len(TUBES), -np.inf)
+            self._severed_now, self._unseen = np.zeros(len(TUBES), bool), unseen
             return
         n_clips = int(parts["n_clips"][0])
         unseen[N_LINE + self._clips : N_LINE + n_clips] = False  # the applier locates them
@@ -157,7 +157,7 @@ class Tracker:
     def _along(self, exact_m: Array) -> Array:
         """Return the errors along the lines (`N_POINTS`, 3), linear from end to end."""
         shift_m = np.zeros((N_POINTS, 3))
-        for line, (low_m, high_m) in zip(LINES, self._along_m, strict=True):
+        for line, (low_m, high_m) in zip(LINE_ROWS.values(), self._along_m, strict=True):
             points = exact_m[line]
             way = np.gradient(points, axis=0)
             way /= np.linalg.norm(way, axis=1, keepdims=True) + 1e-12
@@ -178,6 +178,13 @@ class Tracker:
         return np.concatenate([size_m * drawn, np.zeros((MAX_CLIPS, 3))])
 
 
+def _there(parts: dict[str, NDArray]) -> NDArray[np.bool_]:
+    """Return which points (`N_POINTS`,) of an exact vector stand for something that is there."""
+    there = np.arange(N_POINTS) < N_LINE + int(parts["n_clips"][0])
+    there[TUBE_ROWS["third"]] = parts["third_tube"][0] > LIKELY
+    return there
+
+
 STRONGEST = 1.5  # strength of errors over the usual errors, in training of policies; assumed
 
 
@@ -192,7 +199,7 @@ def sensed_again(exact: Floats, rng: np.random.Generator) -> Floats:
 def _factor() -> Array:
     """Return the Cholesky factor (`N_LINE`, `N_LINE`) of the lines' correlations."""
     correlation = np.zeros((N_LINE, N_LINE))
-    for line in LINES:
+    for line in LINE_ROWS.values():
         k = np.arange(line.stop - line.start)
         correlation[line, line] = NEIGHBOUR ** np.abs(k[:, None] - k)
     return np.linalg.cholesky(correlation).astype(float)
@@ -201,7 +208,7 @@ def _factor() -> Array:
 def _nearest_seen(unseen: NDArray[np.bool_]) -> NDArray[np.intp]:
     """Return for each point the nearest observed point of its line, or itself if there is none."""
     nearest = np.arange(N_POINTS)
-    for line in LINES:
+    for line in LINE_ROWS.values():
         k = np.arange(line.start, line.stop)
         seen = k[~unseen[line]]
         if len(seen):

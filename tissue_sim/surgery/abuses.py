@@ -11,6 +11,8 @@ import numpy as np
 
 from tissue_sim.field import Field
 from tissue_sim.mechanics.layout import N_SHAPES
+from tissue_sim.patient.material import MATERIALS, SAC_MESH_WALL_M, WALL_THICKNESS_M
+from tissue_sim.patient.mesher import Indices
 from tissue_sim.surgery.clip import Clip
 from tissue_sim.surgery.grasp import LEFT_FINGERS, RIGHT_FINGERS, inward_n
 from tissue_sim.surgery.injury import LimitReading
@@ -19,12 +21,15 @@ from tissue_sim.thresholds import (
     BLUNT_MAX_N,
     CLIPS_LEFT_MAX,
     CRUSH_MAX_N,
+    CRUSHED_M2,
     MAX_STRETCH,
     PIERCED_M,
 )
 from tissue_sim.tools.arms import LEFT_ARM, RIGHT_ARM
-from tissue_sim.tools.instruments import CLIP_WIDTH_M
 
+WALL_M = WALL_THICKNESS_M["gallbladder"]
+WALL_PA = MATERIALS["gallbladder wall"].young_pa * SAC_MESH_WALL_M / WALL_M  # of the real wall
+LEAST_GAP_M = 5e-5  # assumed: pads do not close further on tissue
 FINGER_PLACES = (1.0, 0.5)  # shares of a finger's length, from the jaws' hinge to the tip
 
 
@@ -37,6 +42,7 @@ def readings(field: Field, r: Record, stab_m: float) -> Iterator[LimitReading]:
         stab_m: `stab_m(field)` in this step.
     """
     yield from crushed(field, r)
+    yield crushed_wall(field, r)
     if r.pull is None:  # the judge's own test pull stretches the tube between clip and clamp
         yield from stretched(field, r)
     yield LimitReading(event="blunt force", value=_blunt_n(field), limit=BLUNT_MAX_N)
@@ -54,9 +60,30 @@ def crushed(field: Field, r: Record) -> Iterator[LimitReading]:
     """
     pinching = _pinching(field, r)
     for tube in field.organ.hollow:
-        pinches = [_pinch_n(field, tube, *tool) for tool in pinching]
+        pinches = [_pinch_n(field, field.tubes.vertices(tube), *tool) for tool in pinching]
         value = max(pinches, default=0.0)
         yield LimitReading(event=f"crush of {tube}", value=value, limit=CRUSH_MAX_N)
+
+
+def crushed_wall(field: Field, r: Record) -> LimitReading:
+    """Return the pinch on a fold of the gallbladder's wall between the right fingers, N.
+
+    The limit is the pressure that damages a tube. The meshed wall is softer across than the real
+    one, so the pressure follows from the gap between the fingers. Scissors count, because wall that
+    they cut is an injury in any case.
+    """
+    value = 0.0
+    if not _closes_clip(field, r) and _wall_pinch_n(field) > 0.0:
+        value = fold_pressure_pa(_gap_m(field)) * CRUSHED_M2
+    return LimitReading(event="crush of gallbladder", value=value, limit=CRUSH_MAX_N)
+
+
+def fold_pressure_pa(gap_m: float) -> float:
+    """Return the pressure on two layers of the gallbladder's real wall in a gap.
+
+    The law is linear in the logarithmic strain: E ln(2 t / gap), assumed.
+    """
+    return WALL_PA * max(float(np.log(2.0 * WALL_M / max(gap_m, LEAST_GAP_M))), 0.0)
 
 
 def stretched(field: Field, r: Record) -> Iterator[LimitReading]:
@@ -70,10 +97,13 @@ def stretched(field: Field, r: Record) -> Iterator[LimitReading]:
 
 def clipped_twice(before: Sequence[Clip], clip: Clip) -> Iterator[LimitReading]:
     """Yield the largest width, m, by which a new clip overlaps a clip on the same tube, if any."""
-    pairs = [(x, old.on(x.tube)) for old in before if not old.lost for x in clip.crossings]
-    apart_m = [abs(x.station_m - other.station_m) for x, other in pairs if other is not None]
-    overlap_m = CLIP_WIDTH_M - min(apart_m, default=CLIP_WIDTH_M)
-    if overlap_m > 0.0:
+    overlaps_m = [
+        0.5 * (clip.kind.width_m + old.kind.width_m) - abs(x.station_m - other.station_m)
+        for old in before
+        for x in clip.crossings
+        if not old.lost and (other := old.on(x.tube)) is not None
+    ]
+    if (overlap_m := max(overlaps_m, default=0.0)) > 0.0:
         yield LimitReading(event="clip on clip", value=overlap_m, limit=0)
 
 
@@ -82,15 +112,37 @@ def _pinching(field: Field, r: Record) -> list[tuple[int, tuple[int, int]]]:
     vertices = np.concatenate([field.tubes.vertices(tube) for tube in field.organ.hollow])
     touching = field.tissue.host("contact_shape")[0].take(vertices)
     touched = np.bincount(touching + 1, minlength=N_SHAPES + 1)[1:]
-    closing = r.clip_loaded or any(clip.in_jaws and not clip.lost for clip in r.clips)
-    empty = field.arms.mounted[RIGHT_ARM].deed == "clip" and not closing
+    empty = field.arms.mounted[RIGHT_ARM].deed == "clip" and not _closes_clip(field, r)
     tools = [(LEFT_ARM, LEFT_FINGERS)] + [(RIGHT_ARM, RIGHT_FINGERS)] * empty
     return [(arm, fingers) for arm, fingers in tools if touched[list(fingers)].all()]
 
 
-def _pinch_n(field: Field, tube: str, arm: int, fingers: tuple[int, int]) -> float:
-    """Return the smaller force of both fingers on a tube, inward; 0 if one does not press."""
-    vertices = field.tubes.vertices(tube)
+def _closes_clip(field: Field, r: Record) -> bool:
+    """Return whether the right tool is an applier that closes a clip, or still holds it."""
+    holds = r.clip_loaded or any(clip.in_jaws and not clip.lost for clip in r.clips)
+    return field.arms.mounted[RIGHT_ARM].deed == "clip" and holds
+
+
+def _gap_m(field: Field) -> float:
+    """Return the gap between the right fingers' pads, where the gallbladder's wall touches them."""
+    tissue, tool = field.tissue, field.arms.mounted[RIGHT_ARM]
+    sac = field.organ.sac_rings.ravel()
+    held = sac[np.isin(tissue.host("contact_shape")[0, sac], RIGHT_FINGERS)]
+    T_world_tool = field.arms.T_world_tool()[RIGHT_ARM]
+    from_tip_m = (tissue.positions()[held].astype(float) - T_world_tool[:3, 3]) @ T_world_tool[
+        :3, 2
+    ]
+    from_hinge_m = float(np.mean(tool.yaw_to_tip_m + from_tip_m))
+    return 2.0 * from_hinge_m * float(np.sin(0.5 * field.arms.joints[RIGHT_ARM, 6]))
+
+
+def _wall_pinch_n(field: Field) -> float:
+    """Return the force of the right fingers on the gallbladder's wall between them, N."""
+    return _pinch_n(field, field.organ.sac_rings.ravel(), RIGHT_ARM, RIGHT_FINGERS)
+
+
+def _pinch_n(field: Field, vertices: Indices, arm: int, fingers: tuple[int, int]) -> float:
+    """Return the smaller force of both fingers on vertices, inward; 0 if one does not press."""
     touching = field.tissue.host("contact_shape")[0, vertices]
     if not all((touching == finger).any() for finger in fingers):
         return 0.0

@@ -5,6 +5,7 @@ A clip's squeeze is springs between the two halves of each ring under its legs.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 
 import numpy as np
@@ -12,12 +13,16 @@ from numpy.typing import NDArray
 
 from tissue_sim.frames import Array, inverse_pose, rigid_fit, transform
 from tissue_sim.patient.tubes import TIP_EDGE_M, Crossing, Tubes
+from tissue_sim.surgery.wall_squeeze import (
+    Spring,
+    rings_of,
+    wall_spacing_m,
+    wall_springs,
+    wall_under,
+)
 from tissue_sim.thresholds import CUFF_MIN_M
-from tissue_sim.tools.instruments import CLIP_LENGTH_M, CLIP_WIDTH_M
+from tissue_sim.tools.clips import ClipKind
 
-LATCH_GAP_M = 0.0016  # assumed: distance of the legs' middles at which the lock closes
-CLIP_FRICTION = 0.4  # assumed: ribbed polymer legs on wet tissue
-LOCK_STRENGTH_N = 8.0  # assumed: pull across the tube at which the lock opens
 SEAT_SAMPLES = np.linspace(-0.5, 0.5, 9)  # sample places across the flattened tube
 
 
@@ -27,9 +32,11 @@ class Clip:
 
     Attributes:
         number: Order of closing or dropping, from 1.
+        kind: Kind of the clip.
         crossings: Current or last place of the clip on each caught tube; empty if it caught none.
         complete: For each crossing, whether the tube's whole width lies between the legs.
         on_sac: Whether the clip also caught part of the gallbladder.
+        sac_rings: The gallbladder's rings of which the legs squeeze a part.
         rings: For each crossing, the tube's rings under the legs.
         links: Rows of the clip's squeezing springs.
         vertices: The vertices that the clip holds.
@@ -43,11 +50,13 @@ class Clip:
     """
 
     number: int
+    kind: ClipKind
     time_s: float
     T_world_clip: Array
     crossings: tuple[Crossing, ...] = ()
     complete: tuple[bool, ...] = ()
     on_sac: bool = False
+    sac_rings: tuple[int, ...] = ()
     rings: tuple[tuple[int, ...], ...] = ()
     links: tuple[int, ...] = ()
     vertices: tuple[int, ...] = ()
@@ -75,30 +84,36 @@ class Clip:
         return next((c for c in self.crossings if c.tube == tube), None)
 
 
-def latch(tubes: Tubes, T_world_tool: Array, *, number: int, time_s: float) -> Clip:
+def latch(tubes: Tubes, T_world_tool: Array, kind: ClipKind, *, number: int, time_s: float) -> Clip:
     """Close a clip at the applier's jaws; its legs cover the tissue between them."""
-    on_sac = tubes.sac_between(T_world_tool, CLIP_LENGTH_M, CLIP_WIDTH_M)
-    found = [tubes.crossing(tube, T_world_tool, CLIP_LENGTH_M) for tube in tubes.organ.hollow]
+    local = transform(inverse_pose(T_world_tool), tubes.tissue.positions(tubes.b).astype(float))
+    wall = wall_under(tubes.organ, local, length_m=kind.length_m, width_m=kind.width_m)
+    found = [tubes.crossing(tube, T_world_tool, kind.length_m) for tube in tubes.organ.hollow]
     crossings = tuple(c for c in found if c is not None)
     if not crossings:
-        return replace(dropped_clip(T_world_tool, number=number, time_s=time_s), on_sac=on_sac)
-    local = transform(inverse_pose(T_world_tool), tubes.tissue.positions(tubes.b).astype(float))
+        lost = dropped_clip(T_world_tool, kind, number=number, time_s=time_s)
+        return replace(lost, on_sac=bool(wall.any()))
     complete, under, springs, caught = [], [], list[Spring](), list[int]()
     for crossing in crossings:
         side = tubes.side(crossing.tube, crossing.station_m)
-        rings = _rings_under(tubes, local[side[:, 0]], crossing)
-        inside = _between_legs(local[side[rings]])
+        rings = _rings_under(tubes, local[side[:, 0]], crossing, kind.width_m)
+        inside = _between_legs(local[side[rings]], kind.length_m)
         complete.append(bool(inside.all()))
         under.append(tuple(rings.tolist()))
         for ring, held in zip(side[rings], inside, strict=True):
             springs += springs_across(ring, held, local, tubes.radius_m(crossing.tube))
             caught += ring[held].tolist()
+    on_wall = wall_springs(tubes.organ, local, wall, SQUEEZES)
+    springs += on_wall
+    caught += tubes.organ.sac_rings[wall].tolist()
     return Clip(
         number=number,
+        kind=kind,
         time_s=time_s,
         crossings=crossings,
         complete=tuple(complete),
-        on_sac=on_sac,
+        on_sac=bool(wall.any()),
+        sac_rings=rings_of(tubes.organ, on_wall),
         rings=tuple(under),
         links=squeeze(tubes, springs, caught),
         vertices=tuple(caught),
@@ -107,10 +122,15 @@ def latch(tubes: Tubes, T_world_tool: Array, *, number: int, time_s: float) -> C
     )
 
 
-def dropped_clip(T_world_clip: Array, *, number: int, time_s: float) -> Clip:
+def dropped_clip(T_world_clip: Array, kind: ClipKind, *, number: int, time_s: float) -> Clip:
     """Return a clip that holds nothing and begins to fall."""
     return Clip(
-        number=number, time_s=time_s, lost=True, fall_m_s=0.0, T_world_clip=T_world_clip.copy()
+        number=number,
+        kind=kind,
+        time_s=time_s,
+        lost=True,
+        fall_m_s=0.0,
+        T_world_clip=T_world_clip.copy(),
     )
 
 
@@ -128,6 +148,7 @@ def detach(tubes: Tubes, clip: Clip) -> Clip:
     return replace(
         clip,
         lost=True,
+        sac_rings=(),
         links=(),
         vertices=(),
         places_m=np.zeros((0, 3)),
@@ -148,7 +169,8 @@ def grip_n(tubes: Tubes, clip: Clip) -> float:
     """Return the force of the tissue on either leg, N.
 
     The springs represent whole rings of the mesh. Their tension over the length of tube that those
-    rings represent is a line load, which acts over the clip's width.
+    rings represent is a line load, which acts over the clip's width. On the gallbladder's neck, the
+    part of the width beyond the tube's end carries the wall's line load.
     """
     if not clip.links:
         return 0.0
@@ -156,13 +178,27 @@ def grip_n(tubes: Tubes, clip: Clip) -> float:
         len(rings) * tubes.ring_spacing_m(c.tube)
         for c, rings in zip(clip.crossings, clip.rings, strict=True)
     ) / len(clip.crossings)
-    return tension_n(tubes, clip.links) * CLIP_WIDTH_M / rings_m
+    if not clip.sac_rings:
+        return tension_n(tubes, clip.links) * clip.kind.width_m / rings_m
+    on_wall = np.isin(tubes.tissue.host("link")[tubes.b, clip.links, 0], tubes.organ.sac_rings)
+    links, width_m = np.array(clip.links), clip.kind.width_m
+    on_tube_m = min(_width_on_m(tubes, crossing, width_m) for crossing in clip.crossings)
+    tube_n_m = tension_n(tubes, links[~on_wall]) / rings_m
+    wall_n_m = tension_n(tubes, links[on_wall]) / wall_spacing_m(tubes.organ, clip.sac_rings)
+    return tube_n_m * on_tube_m + wall_n_m * (width_m - on_tube_m)
+
+
+def _width_on_m(tubes: Tubes, crossing: Crossing, width_m: float) -> float:
+    """Return how much of a clip's width lies on its tube, below the gallbladder."""
+    to_neck_m = tubes.length_m[crossing.tube] - crossing.station_m
+    return float(np.clip(to_neck_m + 0.5 * width_m, 0.0, width_m))
 
 
 def holding_forces_n(tubes: Tubes, clip: Clip, grip: float) -> tuple[float, float]:
     """Return the largest pulls that a clip holds along its tube and across it, N.
 
-    Along the tube, both legs rub: the force is 2 mu N s cos(tilt), with grip N and seat s. The
+    Along the tube, both legs rub: the force is 2 mu N s cos(tilt), with grip N and seat s, and at
+    most what bends or slides off a clip of this kind. The
     pull-off force grows with the clip's seated area (Schenk et al., "Pull-off characteristics of
     double-shanked compared to single-shanked ligation clips", 2016). Ribs resist the part of the
     pull normal to the legs.
@@ -174,14 +210,14 @@ def holding_forces_n(tubes: Tubes, clip: Clip, grip: float) -> tuple[float, floa
     """
     if clip.lost or not all(clip.complete):
         return 0.0, 0.0
-    seat = min(_seat(tubes, crossing) for crossing in clip.crossings)
+    seat = min(_seat(tubes, crossing, clip.kind.width_m) for crossing in clip.crossings)
     tilt = max(crossing.tilt_rad for crossing in clip.crossings)
-    along = 2.0 * CLIP_FRICTION * grip * seat * np.cos(tilt)
+    along = min(2.0 * clip.kind.friction * grip * seat * np.cos(tilt), clip.kind.slides_n)
     tips = grip * seat**2 / (1.0 - seat) if seat < 1.0 else np.inf
-    return float(along), float(min(tips, LOCK_STRENGTH_N))
+    return float(along), float(min(tips, clip.kind.lock_strength_n))
 
 
-def _seat(tubes: Tubes, crossing: Crossing) -> float:
+def _seat(tubes: Tubes, crossing: Crossing, width_m: float) -> float:
     """Return the share of the clip's area on the flattened tube that presses on firm tissue.
 
     Tissue nearer to a free end than the least cuff yields, because a load decays over about a
@@ -191,43 +227,44 @@ def _seat(tubes: Tubes, crossing: Crossing) -> float:
     flat_m = np.pi * tubes.radius_m(crossing.tube) * SEAT_SAMPLES
     lead_m = flat_m * np.tan(min(crossing.tilt_rad, np.deg2rad(80.0)))
     shares = [
-        np.clip(0.5 + (cuff - CUFF_MIN_M - lead_m) / CLIP_WIDTH_M, 0.0, 1.0).mean()
+        np.clip(0.5 + (cuff - CUFF_MIN_M - lead_m) / width_m, 0.0, 1.0).mean()
         for cuff in np.abs(tubes.free_ends_m(crossing.tube) - crossing.station_m)
     ]
     return float(min(shares, default=1.0))
 
 
-def _rings_under(tubes: Tubes, centres: Array, crossing: Crossing) -> NDArray[np.int64]:
+def _rings_under(
+    tubes: Tubes, centres: Array, crossing: Crossing, width_m: float
+) -> NDArray[np.int64]:
     """Return the rings of this stump within the clip's width, at least the nearest one.
 
     Args:
         centres: (n_ring, 3) in the clip's frame, m.
     """
     first, last = tubes.stump(crossing.tube, crossing.station_m)
-    near = np.linalg.norm(centres - crossing.point_m, axis=1) < 3 * CLIP_WIDTH_M
-    under = near & (np.abs(centres[:, 0]) <= CLIP_WIDTH_M / 2)
+    near = np.linalg.norm(centres - crossing.point_m, axis=1) < 3 * width_m
+    under = near & (np.abs(centres[:, 0]) <= width_m / 2)
     under[:first] = under[last + 1 :] = False
     under[crossing.ring] = True
     return np.flatnonzero(under)
 
 
-def _between_legs(local: Array) -> NDArray[np.bool_]:
-    return (local[..., 2] > -CLIP_LENGTH_M) & (local[..., 2] < TIP_EDGE_M)
+def _between_legs(local: Array, length_m: float) -> NDArray[np.bool_]:
+    return (local[..., 2] > -length_m) & (local[..., 2] < TIP_EDGE_M)
 
 
 # The squeeze: the soft filling of a crushed lumen folds over. A few of its elements (2 kPa,
 # assumed) are inverted while the clip is closed, and recover when it detaches. The walls are never
 # inverted.
 
-# Layer of a ring, stiffness of a spring (N/m), rest distance over tube radius. Assumed: so stiff
-# that the lumen closes (`tests/tissue_sim/verification/clip_closure.py`), the walls pressed flat.
+# Layer of a ring, stiffness of a spring (N/m), rest distance over the thickness of both walls: on a
+# tube, its radius. Assumed: so stiff that the lumen closes
+# (`tests/tissue_sim/verification/clip_closure.py`), the walls pressed flat.
 SQUEEZES = (
     ("inner", 15000.0, 0.002),
     ("outer", 5000.0, 0.30),
 )
 UNBREAKABLE_N = 1.0e9  # no pull comes near it: a clip gives way by its lock and by friction
-
-Spring = tuple[int, int, float, float]  # vertices, rest (m), stiffness (N/m)
 
 
 def springs_across(
@@ -289,7 +326,7 @@ def release(tubes: Tubes, rows: tuple[int, ...], vertices: tuple[int, ...]) -> N
     tubes.tissue.rewire(tubes.b)
 
 
-def tension_n(tubes: Tubes, rows: tuple[int, ...]) -> float:
+def tension_n(tubes: Tubes, rows: Sequence[int] | NDArray[np.integer]) -> float:
     """Return the sum of the springs' tensions, N."""
     host, at = tubes.tissue.host, (tubes.b, list(rows))
     x = tubes.tissue.positions(tubes.b)[host("link")[at]].astype(float)

@@ -12,19 +12,15 @@ from tissue_sim.mechanics.bar_contact import BALLS, BAR_VERTICES, Bar
 from tissue_sim.patient.tubes import Tubes
 from tissue_sim.surgery.clip import Clip, T_world_clip
 from tissue_sim.tools.arms import ContactShapes
-from tissue_sim.tools.instruments import CLIP_LENGTH_M, CLIP_WIDTH_M
+from tissue_sim.tools.clips import ClipKind
 
-RADIUS_M = 0.5 * CLIP_WIDTH_M  # assumed: both closed legs together are as thick as wide
-REACH_M = 0.5 * CLIP_LENGTH_M - RADIUS_M  # from the middle to the first and last ball's centre
-MIDDLE_M = np.array([0.0, 0.0, -0.5 * CLIP_LENGTH_M])  # in the clip's frame
-BALLS_M = MIDDLE_M + np.linspace(-REACH_M, REACH_M, BALLS)[:, None] * [0.0, 0.0, 1.0]
 LEAST_EXTENT = 0.1  # assumed: of clipped tissue, over its largest; a smaller extent is no direction
 
 
 def place_bars(tubes: Tubes, clips: Sequence[Clip]) -> None:
     """Let the tissue carry all clips that hold tissue."""
     bars = [bar_of(clip) for clip in clips if is_bar(clip)]
-    tubes.tissue.place_bars(tubes.b, bars, reach_m=REACH_M, radius_m=RADIUS_M)
+    tubes.tissue.place_bars(tubes.b, bars)
 
 
 def pushes_n(tubes: Tubes, clips: Sequence[Clip]) -> list[tuple[Clip, Array]]:
@@ -47,6 +43,21 @@ def is_bar(clip: Clip) -> bool:
     return len(clip.vertices) > 1
 
 
+def balls_m(kind: ClipKind) -> Array:
+    """Return the centres of the balls (`BALLS`, 3) of a clip's bar, in the clip's frame."""
+    reach_m = np.linspace(-1.0, 1.0, BALLS) * _reach_m(kind)
+    return _middle_m(kind) + reach_m[:, None] * [0.0, 0.0, 1.0]
+
+
+def _middle_m(kind: ClipKind) -> Array:
+    return np.array([0.0, 0.0, -0.5 * kind.length_m])
+
+
+def _reach_m(kind: ClipKind) -> float:
+    """Return the distance from the clip's middle to the first and last ball's centre."""
+    return 0.5 * kind.length_m - kind.bar_radius_m
+
+
 def bar_of(clip: Clip) -> Bar:
     """Return a clip that holds tissue as a bar.
 
@@ -59,8 +70,10 @@ def bar_of(clip: Clip) -> Bar:
     fit = np.linalg.pinv(places_m - centre_m, rcond=LEAST_EXTENT)  # (3, n)
     return Bar(
         vertices=np.array(clip.vertices)[some].tolist(),
-        middle=1.0 / len(some) + (MIDDLE_M - centre_m) @ fit,
+        middle=1.0 / len(some) + (_middle_m(clip.kind) - centre_m) @ fit,
         axis=fit[2],
+        reach_m=_reach_m(clip.kind),
+        radius_m=clip.kind.bar_radius_m,
         in_jaws=clip.in_jaws,
     )
 
@@ -69,14 +82,15 @@ def leave_jaws(tubes: Tubes, clip: Clip, shapes: ContactShapes) -> Clip:
     """Return the clip, marked as out of the jaws if the jaws no longer touch it."""
     if not clip.in_jaws:
         return clip
-    depth_m, _ = depths(transform(T_world_clip(tubes, clip), BALLS_M), shapes)
+    balls_world_m = transform(T_world_clip(tubes, clip), balls_m(clip.kind))
+    depth_m, _ = depths(balls_world_m, clip.kind.bar_radius_m, shapes)
     if (depth_m[:, len(shapes.radius_m) // 2 :] > 0.0).any():
         return clip
     return replace(clip, in_jaws=False)
 
 
-def depths(points_m: Array, shapes: ContactShapes) -> tuple[Array, Array]:
-    """Return the depths of balls of a clip (n, 3) in instruments, and the outward directions.
+def depths(points_m: Array, radius_m: float, shapes: ContactShapes) -> tuple[Array, Array]:
+    """Return the depths of balls of a clip (n, 3), of one radius, in instruments; the ways out.
 
     World frame. `mechanics.touch.touch` does the same for tissue, and stores sides.
 
@@ -90,4 +104,4 @@ def depths(points_m: Array, shapes: ContactShapes) -> tuple[Array, Array]:
     off = p - t[..., None] * along - s[..., None] * across
     distance_m = np.linalg.norm(off, axis=-1)
     normal = off / (distance_m[..., None] + 1e-9)
-    return shapes.radius_m + RADIUS_M - distance_m, normal
+    return shapes.radius_m + radius_m - distance_m, normal

@@ -21,6 +21,7 @@ from tissue_sim.surgery.clip import (
     springs_in,
     squeeze,
 )
+from tissue_sim.surgery.wall_squeeze import rings_of
 
 SLIP_SPEED_M_S = 0.02  # assumed: speed of a pulling hand
 
@@ -109,8 +110,23 @@ def update_after_cut(tubes: Tubes, clip: Clip) -> Clip:
     return _on_vertices(tubes, clip, {v: there.get(v, v) for v in clip.vertices})
 
 
+def update_after_hole(tubes: Tubes, clip: Clip) -> Clip:
+    """Return the clip after a hole in the gallbladder: what is left of the wall stays held."""
+    if not clip.sac_rings:
+        return clip
+    sac = tubes.organ.sac_rings
+    gone = set(sac[tubes.tissue.host("fixed")[tubes.b, sac] != 0].tolist())  # without an element
+    if gone.isdisjoint(clip.vertices):
+        return clip
+    clip = _on_vertices(tubes, clip, {v: v for v in clip.vertices if v not in gone})
+    return replace(clip, sac_rings=rings_of(tubes.organ, springs_in(tubes, clip.links)))
+
+
 def _on_rings(tubes: Tubes, clip: Clip, shift: int) -> Clip:
-    """Move the squeeze by a number of rings; release vertices beyond the stump's end."""
+    """Move the squeeze by a number of rings; release vertices beyond the stump's end.
+
+    A clip that slides off the gallbladder's neck releases the neck.
+    """
     (crossing,), (rings,) = clip.crossings, clip.rings
     tube, station = crossing.tube, crossing.station_m
     first, last = tubes.stump(tube, station)
@@ -124,7 +140,10 @@ def _on_rings(tubes: Tubes, clip: Clip, shift: int) -> Clip:
     by_clip_m = T_world_clip(tubes, clip)[:3, :3].T @ tangent * move_m
     clip = _on_vertices(tubes, clip, there)
     return replace(
-        clip, rings=(tuple(r + shift for r in kept),), places_m=clip.places_m + by_clip_m
+        clip,
+        rings=(tuple(r + shift for r in kept),),
+        sac_rings=(),
+        places_m=clip.places_m + by_clip_m,
     )
 
 

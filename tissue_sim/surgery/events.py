@@ -10,9 +10,9 @@ import numpy as np
 from tissue_sim.field import Field
 from tissue_sim.frames import Array
 from tissue_sim.surgery import abuses, injuries
-from tissue_sim.surgery.clip import LATCH_GAP_M, Clip, grip_n, latch
+from tissue_sim.surgery.clip import Clip, grip_n, latch
 from tissue_sim.surgery.clip_bar import leave_jaws, pushes_n
-from tissue_sim.surgery.clip_slip import Pull, apply_pull, update_after_cut
+from tissue_sim.surgery.clip_slip import Pull, apply_pull, update_after_cut, update_after_hole
 from tissue_sim.surgery.cut import SHEAR_GAP_M, sever
 from tissue_sim.surgery.grasp import RIGHT_FINGERS, follow_grasp
 from tissue_sim.surgery.injury import InjuryMonitor
@@ -22,10 +22,9 @@ from tissue_sim.surgery.record import Record
 from tissue_sim.surgery.tear import Load, tear, worst_load
 from tissue_sim.thresholds import PIERCED_M, SAC_MAX_STRETCH
 from tissue_sim.tools.arms import LEFT_ARM, RIGHT_ARM
-from tissue_sim.tools.instruments import BLADE_LENGTH_M, CLIP_LENGTH_M
+from tissue_sim.tools.instruments import BLADE_LENGTH_M, clip_of
 
 JAWS_OPEN_RAD = 0.25  # assumed: opening of a tool that must precede its closing on tissue
-GAP_M = {"clip": LATCH_GAP_M, "cut": SHEAR_GAP_M}  # between the jaws as they act, by the deed
 
 
 def record_step(field: Field, step_s: float, beyond_rad: float, intended: str | None) -> Record:
@@ -52,10 +51,10 @@ def record_step(field: Field, step_s: float, beyond_rad: float, intended: str | 
     if stab_m > PIERCED_M:
         _pierce(field)
     r = _tear(field, r, loads, time_s)
+    if any(clip.sac_rings for clip in r.clips):
+        r = _with_clips(r, [update_after_hole(field.tubes, clip) for clip in r.clips])
     if any(clip.lost or clip.in_jaws for clip in r.clips):
-        now = _clips_beside_tools(field, r.clips, step_s)
-        if any(clip is not before for clip, before in zip(now, r.clips, strict=True)):
-            r = replace(r, clips=now)
+        r = _with_clips(r, _clips_beside_tools(field, r.clips, step_s))
     if r.pull is not None:
         r = _pull(field, r, r.pull, step_s, monitor)
     r = _leak(field, r, step_s)
@@ -84,7 +83,7 @@ def _use_right_tool(
     apart = 2.0 * (tool.yaw_to_tip_m - 0.5 * tool.mouth_m[0]) * np.sin(0.5 * jaw_rad)
     if jaw_rad > JAWS_OPEN_RAD:
         return r if r.jaws_opened else replace(r, jaws_opened=True)
-    if not r.jaws_opened or apart > GAP_M[tool.deed]:
+    if not r.jaws_opened or apart > (tool.clip.latch_gap_m if tool.clip else SHEAR_GAP_M):
         return r
     r = replace(r, jaws_opened=False)
     if tool.deed == "cut":
@@ -96,10 +95,13 @@ def _clip(
     field: Field, r: Record, time_s: float, intended: str | None, monitor: InjuryMonitor
 ) -> Record:
     """Latch the loaded clip."""
-    T = field.arms.T_world_tool()[RIGHT_ARM]
-    clip = latch(field.tubes, T, number=len(r.clips) + 1, time_s=time_s)
-    meant = intended if intended is not None else field.tubes.nearest(T, CLIP_LENGTH_M)
-    for reading in (*injuries.wrongly_clipped(clip, meant), *abuses.clipped_twice(r.clips, clip)):
+    T, kind = field.arms.T_world_tool()[RIGHT_ARM], clip_of(field.arms.mounted[RIGHT_ARM])
+    clip = latch(field.tubes, T, kind, number=len(r.clips) + 1, time_s=time_s)
+    meant = intended if intended is not None else field.tubes.nearest(T, kind.length_m)
+    for reading in (
+        *injuries.wrongly_clipped(r.clips, clip, meant),
+        *abuses.clipped_twice(r.clips, clip),
+    ):
         monitor.add(reading, time_s)
     return replace(r, clips=(*r.clips, clip), clip_loaded=False)
 
@@ -152,7 +154,14 @@ def _tear(field: Field, r: Record, loads: Sequence[Load], time_s: float) -> Reco
     return _part_clips(field, r)
 
 
-def _clips_beside_tools(field: Field, clips: Sequence[Clip], step_s: float) -> tuple[Clip, ...]:
+def _with_clips(r: Record, clips: Sequence[Clip]) -> Record:
+    """Return the record with these clips, itself if no clip has changed."""
+    if all(clip is before for clip, before in zip(clips, r.clips, strict=True)):
+        return r
+    return replace(r, clips=tuple(clips))
+
+
+def _clips_beside_tools(field: Field, clips: Sequence[Clip], step_s: float) -> list[Clip]:
     """Return the clips after instruments and gravity have moved them.
 
     A clip may leave the jaws, be pushed aside, or fall.
@@ -160,7 +169,7 @@ def _clips_beside_tools(field: Field, clips: Sequence[Clip], step_s: float) -> t
     shapes = field.arms.contact_shapes()
     now = [leave_jaws(field.tubes, clip, shapes) for clip in clips]
     now = [push_aside(clip, shapes) if clip.lost else clip for clip in now]
-    return tuple(fall(clip, field.organ.bed, step_s) for clip in now)
+    return [fall(clip, field.organ.bed, step_s) for clip in now]
 
 
 def _part_clips(field: Field, r: Record) -> Record:

@@ -6,7 +6,6 @@ from collections.abc import Iterator, Sequence
 
 from tissue_sim.field import Field
 from tissue_sim.patient.at_risk import BRANCHES
-from tissue_sim.patient.organ import TUBES
 from tissue_sim.surgery.clip import Clip
 from tissue_sim.surgery.cut import Cut
 from tissue_sim.surgery.grasp import RIGHT_FINGERS, Grasp, pinch_n
@@ -26,13 +25,18 @@ from tissue_sim.thresholds import (
 )
 from tissue_sim.tools.arms import RIGHT_ARM
 
-SECOND_ARTERY = "second artery"  # of `Organ.tubes`
 
+def wrongly_clipped(before: Sequence[Clip], clip: Clip, meant: str) -> Iterator[LimitReading]:
+    """Yield each structure under a new clip that is not the intended structure.
 
-def wrongly_clipped(clip: Clip, meant: str) -> Iterator[LimitReading]:
-    """Yield each structure under a new clip that is not the intended structure."""
+    A clip above another one on the intended tube leaves with the gallbladder, and may hold its
+    wall; any other clip may not.
+    """
     wrong = [c.tube for c in clip.crossings if c.tube != meant]
-    for name in wrong + ["gallbladder"] * clip.on_sac:
+    own = clip.on(meant)
+    below = [x for old in before if not old.lost and (x := old.on(meant)) is not None]
+    leaves = own is not None and any(x.station_m < own.station_m for x in below)
+    for name in wrong + ["gallbladder"] * (clip.on_sac and not leaves):
         yield LimitReading(event=f"clip on {name}", value=1, limit=0)
 
 
@@ -88,7 +92,6 @@ def other_readings(
         *_torn_attachments(field),
         ("leak", r.leaked_m3, LEAK_MAX_M3),
         ("joint limit", beyond_rad, JOINT_MARGIN_RAD),
-        ("second artery overlooked", _overlooking_cuts(field, r), 0),
     ):
         yield LimitReading(event=event, value=value, limit=limit)
 
@@ -99,17 +102,6 @@ def _right_pinch_n(field: Field) -> float:
         return 0.0
     sac = field.organ.sac_rings.ravel()
     return pinch_n(field.tissue, sac, RIGHT_FINGERS, field.arms.T_world_tool()[RIGHT_ARM])
-
-
-def _overlooking_cuts(field: Field, r: Record) -> int:
-    """Count the cuts through duct and artery beside a second artery that no clip closes.
-
-    The second artery would tear and bleed at the gallbladder's removal.
-    """
-    if SECOND_ARTERY not in field.organ.tubes:
-        return 0
-    clipped = any(clip.on(SECOND_ARTERY) and not clip.lost for clip in r.clips)
-    return 0 if clipped else sum(cut.tube in TUBES for cut in r.cuts)
 
 
 def _torn_attachments(field: Field) -> Iterator[tuple[str, int, int]]:

@@ -13,7 +13,6 @@ from tissue_sim.surgery.clip import Clip, closure
 from tissue_sim.surgery.flow import BILE, BLOOD, FlowSegment, Fluid, outflow_m3_s
 from tissue_sim.surgery.parting import Opening
 from tissue_sim.thresholds import LUMEN_CLOSED
-from tissue_sim.tools.instruments import CLIP_WIDTH_M
 
 SIDES = ("body", "gallbladder")  # of a trunk: its two ways out of the field
 HOLE = "hole"  # instead of a side
@@ -141,10 +140,14 @@ def _way_along(
     """Return the flow path along a tube up to a ring; empty if a clip closes it."""
     lumen = tubes.rest_lumen_m2(tube)[ring]
     length = station_m if side == SIDES[0] else tubes.length_m[tube] - station_m
-    between = [closure(tubes, c, tube) for c in clips if _stands_between(c, tube, station_m, side)]
-    if min(between, default=1.0) <= LUMEN_CLOSED:
+    between = [
+        (clip.kind.width_m, closure(tubes, clip, tube))
+        for clip in clips
+        if _stands_between(clip, tube, station_m, side)
+    ]
+    if min((share for _, share in between), default=1.0) <= LUMEN_CLOSED:
         return ()
-    squeezed = [FlowSegment(length_m=CLIP_WIDTH_M, area_m2=lumen * min(s, 1.0)) for s in between]
+    squeezed = [FlowSegment(length_m=w, area_m2=lumen * min(s, 1.0)) for w, s in between]
     return (FlowSegment(length_m=length, area_m2=lumen), *squeezed)
 
 

@@ -12,7 +12,7 @@ import numpy as np
 from tissue_sim.frames import AWAY, Array, transform
 from tissue_sim.patient.organ import LiverBed
 from tissue_sim.surgery.clip import Clip
-from tissue_sim.surgery.clip_bar import BALLS_M, RADIUS_M, depths
+from tissue_sim.surgery.clip_bar import balls_m, depths
 from tissue_sim.tools.arms import ContactShapes
 
 PERITONEUM_AWAY_M = 0.005  # assumed: least distance of the peritoneum behind the field
@@ -44,14 +44,14 @@ def fall(clip: Clip, bed: LiverBed, step_s: float) -> Clip:
 def push_aside(clip: Clip, shapes: ContactShapes) -> Clip:
     """Return a lost clip outside of the instruments; a pushed clip falls again."""
     n_shape = len(shapes.radius_m) // 2 if clip.in_jaws else len(shapes.radius_m)
-    T = clip.T_world_clip.copy()
+    T, radius_m = clip.T_world_clip.copy(), clip.kind.bar_radius_m
     for _ in range(PUSHES):
-        depth_m, normal = depths(transform(T, BALLS_M), shapes)
+        depth_m, normal = depths(transform(T, balls_m(clip.kind)), radius_m, shapes)
         ball = int(np.argmax(depth_m[:, :n_shape].max(axis=1)))
         touched = np.flatnonzero(depth_m[ball, :n_shape] > 0.0)
         if not len(touched):
             break
-        thick_m = 2.0 * (shapes.radius_m[touched] + RADIUS_M)
+        thick_m = 2.0 * (shapes.radius_m[touched] + radius_m)
         T[:3, 3] += _way_out(depth_m[ball, touched], normal[ball, touched], thick_m)
     if (clip.T_world_clip == T).all():
         return clip

@@ -23,6 +23,7 @@ from tissue_sim.tools.instruments import (
     SCISSORS,
     SHAFT_LENGTH_M,
     SHAFT_RADIUS_M,
+    SLIM_CLIP_APPLIER,
     Instrument,
 )
 from tissue_sim.tools.psm import T_YAW_TOOL_AXES
@@ -176,6 +177,7 @@ def _plain_finger(instrument: Instrument) -> list[Part]:
 _FINGERS = {
     GRASPER: _grasper_finger,
     CLIP_APPLIER: _clip_applier_finger,
+    SLIM_CLIP_APPLIER: _clip_applier_finger,
     SCISSORS: _scissor_finger,
 }
 

@@ -12,6 +12,7 @@ from typing import Literal
 import numpy as np
 
 from tissue_sim.frames import Array
+from tissue_sim.tools.clips import CLIPS, MEDIUM_LARGE_POLYMER, MEDIUM_TITANIUM, ClipKind, kind_for
 
 SHAFT_RADIUS_M = 0.004
 SHAFT_LENGTH_M = 0.40  # assumed: longer than the way from a port into the field
@@ -20,11 +21,10 @@ SHAFT_PATCH_LENGTH_M = 0.080
 
 PATCH_LINKS = ("shaft", "wrist", "finger_plus", "finger_minus")
 
-CLIP_LENGTH_M = 0.0095  # assumed: length of the legs of a medium-large polymer clip
-CLIP_WIDTH_M = 0.0022  # assumed: width along the tube
 BLADE_LENGTH_M = 0.011  # assumed: curved scissors
 BLADE_WIDTH_M = 0.0010  # assumed: thickness of the closed blades
 GRASPER, CLIP_APPLIER, SCISSORS = "grasper", "clip_applier", "scissors"
+SLIM_CLIP_APPLIER = "slim_clip_applier"
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -35,7 +35,8 @@ class Instrument:
     along the finger. Its rounded edge (radius: the half thickness) adds to the half width.
 
     `deed` is what closing jaws do to tissue between them for good; None if they only press. They
-    do it over `mouth_m`: the length from the tip, and the width.
+    do it over `mouth_m`. `clip` is the kind of clip that an applier places, and `blades_m` are
+    length and width of the closed blades of scissors.
     """
 
     name: str
@@ -50,7 +51,18 @@ class Instrument:
     jaw_torque_nm: float  # limits the pinch: force at distance r from the yaw axis <= torque / r
     arm: Literal["left", "right"] = "right"
     deed: Literal["clip", "cut"] | None = None
-    mouth_m: tuple[float, float] = (0.0, 0.0)
+    blades_m: tuple[float, float] = (0.0, 0.0)
+    clip: ClipKind | None = None
+
+    @property
+    def mouth_m(self) -> tuple[float, float]:
+        """Return the length from the tip, and the width, over which the jaws do their deed."""
+        return (self.clip.length_m, self.clip.width_m) if self.clip else self.blades_m
+
+    @property
+    def half_jaw_m(self) -> float:
+        """Return half of the closed jaws' width along the tube, with their rounded edge."""
+        return self.finger_half_width_m + self.finger_half_thickness_m
 
     @property
     def in_words(self) -> str:
@@ -75,7 +87,7 @@ INSTRUMENTS: dict[str, Instrument] = {
     CLIP_APPLIER: Instrument(  # large clip applier
         name=CLIP_APPLIER,
         deed="clip",
-        mouth_m=(CLIP_LENGTH_M, CLIP_WIDTH_M),
+        clip=CLIPS[MEDIUM_LARGE_POLYMER],
         pitch_to_yaw_m=0.0107,
         yaw_to_tip_m=0.022,
         wrist_pitch_limit_rad=radians(70),
@@ -89,7 +101,7 @@ INSTRUMENTS: dict[str, Instrument] = {
     SCISSORS: Instrument(  # curved scissors
         name=SCISSORS,
         deed="cut",
-        mouth_m=(BLADE_LENGTH_M, BLADE_WIDTH_M),
+        blades_m=(BLADE_LENGTH_M, BLADE_WIDTH_M),
         pitch_to_yaw_m=0.0091,
         yaw_to_tip_m=0.0155,
         wrist_pitch_limit_rad=radians(80),
@@ -100,12 +112,61 @@ INSTRUMENTS: dict[str, Instrument] = {
         finger_start_m=0.004,
         jaw_torque_nm=0.2,  # assumed
     ),
+    SLIM_CLIP_APPLIER: Instrument(  # small clip applier, for metal clips
+        name=SLIM_CLIP_APPLIER,
+        deed="clip",
+        clip=CLIPS[MEDIUM_TITANIUM],
+        pitch_to_yaw_m=0.0107,
+        yaw_to_tip_m=0.022,
+        wrist_pitch_limit_rad=radians(70),
+        wrist_yaw_limit_rad=radians(73),
+        jaw_range_rad=(radians(-20), radians(45)),
+        finger_half_width_m=0.0008,  # assumed: the jaws are 3.0 mm wide in all
+        finger_half_thickness_m=0.0007,  # assumed
+        finger_start_m=0.007,
+        jaw_torque_nm=0.4,  # assumed: as the other applier's
+    ),
 }
 
 
 def right_tools() -> tuple[str, ...]:
     """Return the names of the right arm's tools, in the order of `INSTRUMENTS`."""
     return tuple(name for name, tool in INSTRUMENTS.items() if tool.arm == "right")
+
+
+def appliers() -> tuple[Instrument, ...]:
+    """Return the clip appliers, the one of the smallest clip first."""
+    order = list(CLIPS.values())
+    able = [tool for tool in INSTRUMENTS.values() if tool.clip]
+    return tuple(sorted(able, key=lambda tool: order.index(clip_of(tool))))
+
+
+def clip_of(tool: Instrument) -> ClipKind:
+    """Return the kind of clip that an applier places.
+
+    Raises:
+        ValueError: The tool is no applier.
+    """
+    if tool.clip is None:
+        raise ValueError(f"{tool.name!r} places no clip")
+    return tool.clip
+
+
+def applier_of(kind: ClipKind) -> Instrument:
+    """Return the applier of a kind of clip.
+
+    Raises:
+        ValueError: No applier places this kind.
+    """
+    found = next((tool for tool in INSTRUMENTS.values() if tool.clip == kind), None)
+    if found is None:
+        raise ValueError(f"no applier places the clip {kind.name!r}")
+    return found
+
+
+def applier_for(diameter_m: float) -> Instrument:
+    """Return the applier of the smallest clip for a vessel of this outer diameter."""
+    return applier_of(kind_for(diameter_m))
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -85,6 +85,6 @@ def _lacking_m(observation: Observation) -> Array:
     lacks_m = lacking_m(observation)
     k = int(lacks_m.argmax())
     slack_m = SLACK_M if traction_n(observation) < FIRM_TRACTION_N else 0.0
-    tube_m = (observation.left_tube_m, observation.right_tube_m)[k]
+    tube_m = observation.tubes_m[k]
     chord_m = tube_m[-1] - tube_m[0]
     return np.clip(lacks_m[k], slack_m, MOST_M) * chord_m / np.linalg.norm(chord_m)

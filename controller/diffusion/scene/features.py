@@ -44,7 +44,7 @@ def tool_features(now: dict[str, Tensor], jaw_rad: Tensor) -> list[Tensor]:
     return [
         p / FAR_SCALE_M, R, to_other / FAR_SCALE_M, jaw, jaw_rad, (jaw_rad - jaw) / LAG_RAD,
         forces_n / FORCE_N, torch.tanh(forces_n / TOUCH_N), now["pinch_n"] / FORCE_N,
-        now["clip_loaded"], now["scissors"],
+        now["clip_loaded"], now["right_tool"],
     ]  # fmt: skip
 
 

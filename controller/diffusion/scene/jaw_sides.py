@@ -7,6 +7,9 @@ first clip's place until a person was called. The safety filter kept its fingers
 
 from __future__ import annotations
 
+from collections.abc import Callable
+from functools import partial
+
 import torch
 from torch import Tensor
 
@@ -14,24 +17,23 @@ from controller.diffusion.scene.places import FIRST, SECOND, Places
 from controller.expert.motion import CLEARANCE_M, FIRM_ROOM_M, OFF_CENTRE_M
 from tissue_sim.outcome.clip_rule import FEWEST_CLIPS, USUAL_CLIPS
 from tissue_sim.patient.at_risk import COMMON_DUCT, HEPATIC_ARTERY, RADIUS_M
-from tissue_sim.sensing.tissue_features import FAR_SCALE_M, NEAR_SCALE_M, duct_is_left
+from tissue_sim.sensing.tissue_features import FAR_SCALE_M, NEAR_SCALE_M, duct_is_left, tubes_there
+from tissue_sim.sensing.tube_rule import by_tube
 from tissue_sim.tools.arms import RIGHT_ARM
-from tissue_sim.tools.instruments import CLIP_APPLIER, CLIP_LENGTH_M, INSTRUMENTS
+from tissue_sim.tools.instruments import Instrument
 
 LOW = (FIRST[USUAL_CLIPS], SECOND, FIRST[FEWEST_CLIPS])  # rows of `Places`
-APPLIER = INSTRUMENTS[CLIP_APPLIER]
-FINGER_M = APPLIER.yaw_to_tip_m - APPLIER.finger_start_m
 OFFS_M = (0.0, OFF_CENTRE_M, -OFF_CENTRE_M)  # along the tool's y, in the expert's order
 ROOM_M = 0.001  # scale of the room beside a finger
 PARTS = 6  # samples between the points of a structure at risk
 
 
-def side_features(now: dict[str, Tensor], places: tuple[Places, Places]) -> list[Tensor]:
+def side_features(now: dict[str, Tensor], places: tuple[Places, ...]) -> list[Tensor]:
     """Return the places of the structures at risk from the right tool, and the free side.
 
     Args:
         now: Parts of `Observation.vector()`, batched (B, ...).
-        places: Places on both tubes.
+        places: Places on each of `TUBES`.
 
     Returns:
         Features (B, ...) of three kinds. The first are points of the structures in the tool's
@@ -42,9 +44,13 @@ def side_features(now: dict[str, Tensor], places: tuple[Places, Places]) -> list
     tip, lines_m = now["tips_endoscope"][:, RIGHT_ARM], lines_at_risk_m(now)
     off_tool = torch.einsum("bji,bnj->bni", tip[..., :3], lines_m - tip[:, None, :, 3])
     features = [off_tool / FAR_SCALE_M, torch.tanh(off_tool / NEAR_SCALE_M)]
+    there = tubes_there(now)[..., None, None]
     for k, on_tube in enumerate(places):
         spare_m = rooms_m(on_tube, tip[..., 2], now["tube_radius_m"][:, k], lines_m) - FIRM_ROOM_M
-        features += [torch.tanh(spare_m / ROOM_M), free_side(spare_m)]
+        features += [
+            there[:, k] * torch.tanh(spare_m / ROOM_M),
+            there[:, k, 0] * free_side(spare_m),
+        ]
     return features
 
 
@@ -55,8 +61,8 @@ def lines_at_risk_m(now: dict[str, Tensor]) -> Tensor:
     the branch draws the structure out, as in `controller.safety.seen_obstacles.trunk_line`.
     """
     left = duct_is_left(now)[:, None, None]
-    duct = torch.where(left, now["left_tube_m"], now["right_tube_m"])
-    artery = torch.where(left, now["right_tube_m"], now["left_tube_m"])
+    left_m, right_m, _ = now["tubes_m"].unbind(dim=1)
+    duct, artery = torch.where(left, left_m, right_m), torch.where(left, right_m, left_m)
     return torch.cat(
         [
             _drawn_out(now["common_bile_duct_m"], duct, RADIUS_M[COMMON_DUCT]),
@@ -106,12 +112,19 @@ def rooms_m(places: Places, forward: Tensor, tube_radius_m: Tensor, lines_m: Ten
     wide_m = [RADIUS_M[COMMON_DUCT]] * bile_duct_m.shape[1]
     wide_m += [RADIUS_M[HEPATIC_ARTERY]] * hepatic_m.shape[1]
     radii_m = torch.tensor(wide_m, dtype=lines_m.dtype, device=lines_m.device)
-    x, y, z = _in_jaws(places, forward, lines_m)  # (B, 3, samples) each
-    thick_m = APPLIER.finger_half_thickness_m
-    half_rad = _half_opening_rad(tube_radius_m)[:, None, None]
-    beside = (x.abs() - APPLIER.finger_half_width_m).clamp(min=0.0)
-    beyond = torch.maximum(z, (-FINGER_M - z).clamp(min=0.0))
-    from_pivot_m = APPLIER.yaw_to_tip_m + z.clamp(-FINGER_M, 0.0)
+    size = partial(_of_applier, tube_radius_m[:, None, None])
+    mouth_m = size(lambda tool: tool.mouth_m[0])
+    x, y, z = _in_jaws(places, forward, lines_m, mouth_m)  # (B, 3, samples) each
+    thick_m, to_tip_m = (
+        size(lambda tool: tool.finger_half_thickness_m),
+        size(lambda tool: tool.yaw_to_tip_m),
+    )
+    finger_m = to_tip_m - size(lambda tool: tool.finger_start_m)
+    opening = (tube_radius_m[:, None, None] + CLEARANCE_M) / (to_tip_m - 0.5 * mouth_m)
+    half_rad = opening.clamp(0.0, 0.9).asin()  # the expert's opening, which barely clears a tube
+    beside = (x.abs() - size(lambda tool: tool.finger_half_width_m)).clamp(min=0.0)
+    beyond = torch.maximum(z, (-finger_m - z).clamp(min=0.0))
+    from_pivot_m = to_tip_m + torch.maximum(z, -finger_m).clamp(max=0.0)
     middle = from_pivot_m * half_rad.tan() + thick_m * (2.0 / half_rad.cos() - 1.0)
     rooms = []
     for off_m in OFFS_M:
@@ -119,6 +132,11 @@ def rooms_m(places: Places, forward: Tensor, tube_radius_m: Tensor, lines_m: Ten
         away_m = (beside.square() + beyond.square() + across.square()).sqrt()
         rooms.append((away_m - thick_m - radii_m).amin(dim=-1))
     return torch.stack(rooms, dim=-1)
+
+
+def _of_applier(radius_m: Tensor, size: Callable[[Instrument], float]) -> Tensor:
+    """Return a size of the applier for tubes of these radii."""
+    return by_tube(torch.ones_like(radius_m, dtype=torch.bool), radius_m, lambda _, a: size(a))
 
 
 def _finer(points_m: Tensor) -> Tensor:
@@ -141,20 +159,19 @@ def _finer(points_m: Tensor) -> Tensor:
     return (turning + t**3 * (2.0 * (start - end) + leaving + arriving)).flatten(1, 2)
 
 
-def _in_jaws(places: Places, forward: Tensor, lines_m: Tensor) -> tuple[Tensor, Tensor, Tensor]:
-    """Return coordinates (B, 3, n) of points (B, n, 3) in the frame of a tool at each low place."""
+def _in_jaws(
+    places: Places, forward: Tensor, lines_m: Tensor, mouth_m: Tensor
+) -> tuple[Tensor, Tensor, Tensor]:
+    """Return coordinates (B, 3, n) of points (B, n, 3) in the frame of a tool at each low place.
+
+    The middle of the tool's mouth, of a length (B, 1, 1), is at the place.
+    """
     x, points_m = places.along[:, LOW], places.points_m[:, LOW]
     z = _unit(_square(forward[:, None], x))
     y = torch.linalg.cross(z, x)
     off = lines_m[:, None] - points_m[:, :, None]
     along, across, ahead = ((off * axis[:, :, None]).sum(-1) for axis in (x, y, z))
-    return along, across, ahead - 0.5 * CLIP_LENGTH_M
-
-
-def _half_opening_rad(tube_radius_m: Tensor) -> Tensor:
-    """Return half the opening (B,) that barely clears a tube: the expert's opening."""
-    lever_m = APPLIER.yaw_to_tip_m - 0.5 * CLIP_LENGTH_M
-    return ((tube_radius_m + CLEARANCE_M) / lever_m).clamp(0.0, 0.9).asin()
+    return along, across, ahead - 0.5 * mouth_m
 
 
 def free_side(spare_m: Tensor) -> Tensor:

@@ -7,20 +7,22 @@ off even with the exact state as input.
 
 from __future__ import annotations
 
+from collections.abc import Callable
+from functools import partial
+from itertools import starmap
 from typing import NamedTuple
 
 import torch
 from torch import Tensor
 
 from tissue_sim.outcome.clip_rule import (
-    CUT_ROOM_M,
     FEWEST_CLIPS,
-    HIGH_MARGIN_M,
-    NEARER_M,
-    SPACING_M,
     USUAL_CLIPS,
     clip_stations_m,
+    cut_room_m,
+    high_margin_m,
     needed_m,
+    spacing_m,
 )
 from tissue_sim.sensing.observation import TUBE_POINTS
 from tissue_sim.sensing.tissue_features import (
@@ -28,9 +30,12 @@ from tissue_sim.sensing.tissue_features import (
     NEAR_SCALE_M,
     clips_along,
     closed_clips,
-    duct_is_left,
+    is_duct,
+    tubes_there,
 )
+from tissue_sim.sensing.tube_rule import by_tube
 from tissue_sim.tools.arms import RIGHT_ARM
+from tissue_sim.tools.instruments import Instrument
 
 FINE_M = 0.0015  # resolves a twentieth of a millimetre
 SPARE_M = 0.004
@@ -59,80 +64,99 @@ class Places(NamedTuple):
     spare_m: Tensor
 
 
-def places_on(now: dict[str, Tensor]) -> tuple[Places, Places]:
-    """Return the places on the left and on the right tube.
+class Kind(NamedTuple):
+    """What the clip rule depends on, of B tubes.
+
+    Attributes:
+        length_m: (B, 1) lengths at rest.
+        is_duct: (B, 1) whether the tube is the duct.
+        radius_m: (B, 1) outer radii.
+    """
+
+    length_m: Tensor
+    is_duct: Tensor
+    radius_m: Tensor
+
+    def value(self, rule: Callable[[str, Instrument], Tensor | float]) -> Tensor:
+        """Return a value (B, 1) of the rule, by structure and applier."""
+        return by_tube(self.is_duct, self.radius_m, rule)
+
+
+def places_on(now: dict[str, Tensor]) -> tuple[Places, ...]:
+    """Return the places on each of `TUBES`; without a third tube its places mean nothing.
 
     Args:
         now: Parts of `Observation.vector()`, batched (B, ...).
     """
     closed = closed_clips(now)
-    left, lengths_m = duct_is_left(now)[:, None], now["rest_length_m"].clamp(min=1e-6)
-    left_m, right_m = lengths_m.split(1, dim=1)
-    return (
-        _places(now["left_tube_m"], left_m, left, now["clips_m"], closed),
-        _places(now["right_tube_m"], right_m, ~left, now["clips_m"], closed),
-    )
+    parts = now["rest_length_m"].clamp(min=1e-6), is_duct(now), now["tube_radius_m"]
+    kinds = starmap(Kind, zip(*(part.split(1, dim=1) for part in parts), strict=True))
+    tubes = zip(now["tubes_m"].unbind(dim=1), kinds, strict=True)
+    return tuple(_places(tube_m, kind, now["clips_m"], closed) for tube_m, kind in tubes)
 
 
-def _places(
-    tube_m: Tensor, length_m: Tensor, is_duct: Tensor, clips_m: Tensor, closed: Tensor
-) -> Places:
-    seen = clips_along(tube_m, length_m, clips_m, closed)
-    stations = torch.where(
-        is_duct,
-        _stations("duct", length_m, seen.stations_m, seen.there),
-        _stations("artery", length_m, seen.stations_m, seen.there),
-    )
-    points_m, along = _points(tube_m, stations / length_m)
-    return Places(points_m, along, _spare_m(is_duct, length_m))
+def _places(tube_m: Tensor, kind: Kind, clips_m: Tensor, closed: Tensor) -> Places:
+    seen = clips_along(tube_m, kind.length_m, clips_m, closed)
+    stations = _stations(kind, seen.stations_m, seen.there)
+    points_m, along = _points(tube_m, stations / kind.length_m)
+    needed = [kind.value(partial(needed_m, n_clips=n)) for n in NUMBERS]
+    return Places(points_m, along, torch.cat([kind.length_m - m for m in needed], dim=1))
 
 
-def place_features(now: dict[str, Tensor], places: tuple[Places, Places]) -> list[Tensor]:
+def place_features(now: dict[str, Tensor], places: tuple[Places, ...]) -> list[Tensor]:
     """Return the places of clips and cut, from the right tip, coarse and fine, and spare lengths.
 
     Args:
         now: Parts of `Observation.vector()`, batched (B, ...).
-        places: Places on both tubes.
+        places: Places on each of `TUBES`.
 
     Returns:
-        Features (B, ...) of both tubes.
+        Features (B, ...) of all tubes; zeros without a third tube.
     """
     tip = now["tips_endoscope"][:, RIGHT_ARM]
     features = []
-    for on_tube in places:
-        off = on_tube.points_m - tip[:, None, :, 3]
+    for on_tube, there in zip(places, tubes_there(now).split(1, dim=1), strict=True):
+        off = there[..., None] * (on_tube.points_m - tip[:, None, :, 3])
         off_tool = torch.einsum("bji,bnj->bni", tip[..., :3], off)
         features += [
             off_tool / FAR_SCALE_M, torch.tanh(off_tool / NEAR_SCALE_M),
-            torch.tanh(off_tool / FINE_M), torch.tanh(on_tube.spare_m / SPARE_M),
+            torch.tanh(off_tool / FINE_M), there * torch.tanh(on_tube.spare_m / SPARE_M),
         ]  # fmt: skip
     return features
 
 
-def _stations(kind: str, length_m: Tensor, clips_m: Tensor, there: Tensor) -> Tensor:
+def _stations(kind: Kind, clips_m: Tensor, there: Tensor) -> Tensor:
     """Return (B, 9) stations of a tube's clips and of its cut, for each number of clips.
 
     A clip that sits farther up than its place in the rule moves the next clip up too.
 
     Args:
-        kind: The structure, "duct" or "artery".
-        length_m: (B, 1) lengths of the tubes at rest.
+        kind: The tubes.
         clips_m: (B, m) stations of the clips on the tubes, in their order.
         there: (B, m) 1 where there is a clip.
     """
-    highest_m = length_m - HIGH_MARGIN_M + NEARER_M
+    highest_m = kind.length_m - kind.value(high_margin_m)
+    cut_m, apart_m = (kind.value(lambda _, a, f=f: f(a)) for f in (cut_room_m, spacing_m))
     found, lowest = list[Tensor](), list[Tensor]()
     for n in NUMBERS:
-        planned = clip_stations_m(kind, length_m, n)
+        planned = _planned(kind, n)
         found.append(planned[0])
         for k in range(1, n):
-            room_m = CUT_ROOM_M if k == n - 1 else SPACING_M
+            room_m = cut_m if k == n - 1 else apart_m
             above_m = torch.maximum(planned[k], clips_m[:, k - 1, None] + room_m)
             moved_m = torch.minimum(above_m, highest_m)
             found.append(torch.where(there[:, k - 1, None] > 0, moved_m, planned[k]))
-        lowest.append(_low(n, planned, clips_m, there) + CUT_ROOM_M)
+        lowest.append(_low(n, planned, clips_m, there) + cut_m)
         found.append(_cut(n, planned, clips_m, there))
     return torch.cat([*found, *lowest], dim=1)
+
+
+def _planned(kind: Kind, n: int) -> tuple[Tensor, ...]:
+    """Return the stations (B, 1) of n clips by the rule."""
+    return tuple(
+        kind.value(lambda tube, a, k=k: clip_stations_m(tube, kind.length_m, a, n)[k])
+        for k in range(n)
+    )
 
 
 def _low(n: int, planned: tuple[Tensor, ...], clips_m: Tensor, there: Tensor) -> Tensor:
@@ -148,15 +172,6 @@ def _cut(n: int, planned: tuple[Tensor, ...], clips_m: Tensor, there: Tensor) ->
     widest = gaps_m.argmax(dim=1, keepdim=True)
     middle_m = 0.5 * (low + high).gather(1, widest)
     return torch.where(there[:, n - 1, None] > 0, middle_m, planned_m)
-
-
-def _spare_m(is_duct: Tensor, length_m: Tensor) -> Tensor:
-    """Return (B, 2) the excess of a tube's length over the need of each number of clips."""
-    kinds = [
-        torch.cat([length_m - needed_m(kind, n) for n in NUMBERS], dim=1)
-        for kind in ("duct", "artery")
-    ]
-    return torch.where(is_duct, *kinds)
 
 
 def _points(tube_m: Tensor, share: Tensor) -> tuple[Tensor, Tensor]:

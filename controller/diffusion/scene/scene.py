@@ -12,10 +12,9 @@ from torch import Tensor
 
 from controller.diffusion.scene.gallbladder import wall_distance_m
 from controller.diffusion.scene.places import places_on
-from planner.command import TUBES
-from planner.procedure.task import Tube
 from planner.scene.predicates import is_grasped
 from tissue_sim.frames import Array
+from tissue_sim.patient.anatomy import TUBES, Tube
 from tissue_sim.sensing.observation import Observation, fields, observation_of
 
 

@@ -9,11 +9,11 @@ import numpy as np
 
 from controller.diffusion.scene.places import CUT, FIRST, LOWEST, SECOND, UPPER
 from controller.diffusion.scene.scene import Scene
-from planner.command import TUBES
-from planner.procedure.task import Task, Tube
+from planner.procedure.task import Task
 from planner.scene.next_task import clips_needed_on, clips_on
 from tissue_sim.frames import Array
 from tissue_sim.outcome.clip_rule import USUAL_CLIPS
+from tissue_sim.patient.anatomy import Tube
 from tissue_sim.sensing.observation import Observation
 from tissue_sim.tools.arms import RIGHT_ARM
 
@@ -84,10 +84,7 @@ def task_place(scene: Scene, task: Task) -> TaskPlace | None:
 def _still_close(task: Task, tube: Tube, observation: Observation) -> bool:
     """Return whether the jaws still have to close on the task's tube."""
     if task.severs:
-        return (
-            observation.right_instrument.deed == "cut"
-            and not observation.severed[TUBES.index(tube)]
-        )
+        return observation.right_instrument.deed == "cut" and not observation.is_severed(tube)
     return task.places_clip and observation.clip_loaded
 
 

@@ -28,7 +28,7 @@ def forbidden_in(text: str) -> tuple[Prohibition, ...]:
     whole = in_plain_letters(text)
     if excepts(text) and warns(text):
         return tuple(Prohibition(act=act) for act in acts_in(whole)[:1])
-    if (tube := _untouched(whole)) and not acts_in(whole):
+    if (tube := _untouched(whole)) is not None and not acts_in(whole):
         return tuple(Prohibition(act=act, on=tube) for act in TOUCHING)
     clauses = [in_plain_letters(clause) for clause in _CLAUSE.split(text.lower())]
     found = list[Prohibition]()
@@ -96,10 +96,14 @@ def act_in(text: str) -> Prohibition | None:
     return Prohibition(act=acts[0], on=on_what(acts[0], words)) if acts else None
 
 
-def _untouched(words: str) -> str:
-    """Return the tube that is to be left alone, not touched or not approached; "" if none is."""
+def _untouched(words: str) -> str | None:
+    """Return the tube that is to be left alone, not touched or not approached.
+
+    "" stands for several tubes; None for none.
+    """
     said = _find("never", words) and _find("touch", words) and not _find("elsewhere", words)
-    return on_what("cut", words) if said else ""
+    tube = on_what("cut", words)
+    return tube if said and (tube or _names_two("tube", words)) else None
 
 
 def _find(kind: str, words: str) -> re.Match[str] | None:
@@ -109,11 +113,16 @@ def _find(kind: str, words: str) -> re.Match[str] | None:
 def on_what(act: Act, words: str) -> str:
     """Return which gripper or tube is named; "" for none, and for two of them."""
     kind = "gripper" if act == "open" else "tube"
+    if _names_two(kind, words):
+        return ""
+    for name, phrases in phrase_lists("forbidding")[f"{kind}s"].items():
+        if whole_words(phrases).search(words):
+            return f"{name} {kind}" if name in ("left", "right", "third") else name
+    return ""
+
+
+def _names_two(kind: str, words: str) -> bool:
+    """Return whether two grippers or tubes are named as a pair: "the duct or the artery"."""
     names = phrase_lists("forbidding")[f"{kind}s"]
     one = "|".join(phrase for phrases in names.values() for phrase in phrases)
-    if whole_words((f"(?:{one}|left|right) {_AND}(?:{one})",)).search(words):
-        return ""
-    for name, phrases in names.items():
-        if whole_words(phrases).search(words):
-            return f"{name} {kind}" if name in ("left", "right") else name
-    return ""
+    return whole_words((f"(?:{one}|left|right) {_AND}(?:{one})",)).search(words) is not None

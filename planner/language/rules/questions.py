@@ -16,6 +16,7 @@ from planner.language.rules.phrase_search import (
     phrase_lists,
     whole_words,
 )
+from planner.language.rules.third_tube import with_artery
 from planner.language.rules.warning import warns
 
 Question = Literal[
@@ -23,7 +24,7 @@ Question = Literal[
     "next", "where", "which", "on", "doing",
 ]  # fmt: skip
 Thing = Literal[
-    "common bile duct", "hepatic artery", "left tube", "right tube", "duct", "artery",
+    "common bile duct", "hepatic artery", "third tube", "left tube", "right tube", "duct", "artery",
     "gallbladder", "clip", "left tool", "right tool",
 ]  # fmt: skip
 QUESTIONS: tuple[Question, ...] = get_args(Question)
@@ -42,8 +43,11 @@ def question_in(text: str) -> Question | None:
         or _RE["requests"].search(words)
     ):
         return None
-    kinds = lists["questions"]
-    return next((kind for kind in QUESTIONS if whole_words(kinds[kind]).search(words)), None)
+    if whole_words(lists["first"]["which"]).search(words):
+        return "which"
+    kinds, of_artery = lists["questions"], with_artery(words)
+    said = {kind: words if kind == "which" else of_artery for kind in QUESTIONS}
+    return next((kind for kind in QUESTIONS if whole_words(kinds[kind]).search(said[kind])), None)
 
 
 def thing_in(text: str) -> Thing | None:

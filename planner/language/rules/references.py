@@ -1,7 +1,7 @@
 """Find which clip or structure is meant where it is said at length, or with its side.
 
-Examples are "third and last one", several clips one by one, "the left duct", and after a cut "then
-retreat". A side must agree with what is seen.
+Examples are "third and last one", several clips one by one, "the left duct", "with a titanium
+clip", and after a cut "then retreat". A side must agree with what is seen.
 """
 
 from __future__ import annotations
@@ -9,10 +9,10 @@ from __future__ import annotations
 import re
 
 from planner.command import COMMANDS
-from planner.language.reading import Said
+from planner.language.reading import Applier, Said
 from planner.language.rules.phrase_search import patterns, rewritten, rules_in
 from planner.procedure.cholecystectomy import CHOLECYSTECTOMY
-from planner.procedure.task import Tube
+from tissue_sim.patient.anatomy import Tube
 
 _RE = patterns("references")
 
@@ -52,3 +52,19 @@ def way_back(part: str, before: Said | None) -> Said | None:
     if before and before.command.structure:
         back = back.replace("left tube", before.command.structure)
     return Said(command=COMMANDS[back])
+
+
+def applier_in(text: str) -> tuple[Applier, str] | None:
+    """Return the applier that a sentence asks for, and the rest of it; None if it asks for none."""
+    words = text.lower().strip().rstrip(".!")
+    for name in ("ordered", "named_alone", "bare", "with_it", "put_on", "added"):
+        if found := _RE[name].search(words):
+            rest = f"{words[: found.start()]}{'a ' * (name == 'put_on')}{words[found.end() :]}"
+            return _applier(found["kind"]), _RE["joint"].sub("", rest)
+    return None
+
+
+def _applier(kind: str) -> Applier:
+    if kind == "other":
+        return "other"
+    return "large" if _RE["large"].fullmatch(kind) else "slim"

@@ -16,9 +16,8 @@ from controller.action import ToolAction
 from controller.driver import Driver, rig_of
 from tissue_sim.constants import CONTROL_PERIOD_S
 from tissue_sim.frames import AWAY, RIGHT, Array, exponential, rotation_to_6d, unit
-from tissue_sim.patient.organ import TUBES
 from tissue_sim.tools.arms import LEFT_ARM, RIGHT_ARM, JointCommand
-from tissue_sim.tools.instruments import CLIP_APPLIER, SCISSORS
+from tissue_sim.tools.instruments import right_tools
 from tissue_sim.tools.psm import forward_kinematics
 from tissue_sim.world import World
 
@@ -87,7 +86,7 @@ def storm(world: World, seed: int) -> Iterator[JointCommand]:
     arms = [StormArm(row=row, world=world, driver=driver, rng=rng) for row in (LEFT_ARM, RIGHT_ARM)]
     while True:
         if rng.random() < EXCHANGE_SHARE:
-            world.equip(str(rng.choice([CLIP_APPLIER, SCISSORS])))
+            world.equip(str(rng.choice(right_tools())))
             driver.attach(_rig(world), driver.joints)
         if rng.random() < CRUSH_SHARE:
             point = a_point_of_tissue(world, rng)
@@ -99,8 +98,8 @@ def storm(world: World, seed: int) -> Iterator[JointCommand]:
 
 
 def a_point_of_tissue(world: World, rng: np.random.Generator) -> Array:
-    """Draw a point (3,) on the current axis of duct, artery or sac, with equal chance."""
-    part = rng.choice([*TUBES, "sac"])
+    """Draw a point (3,) on the current axis of a tube or the sac, with equal chance."""
+    part = rng.choice([*world.organ.tubes, "sac"])
     sac = world.tissue.positions()[world.organ.sac_rings[:, 0]].astype(float)
     line = sac if part == "sac" else world.tubes.centres(part)
     return line[rng.integers(len(line))]

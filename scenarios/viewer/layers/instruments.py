@@ -8,9 +8,9 @@ import viser
 from scenarios.viewer.frame import Frame, Patient
 from scenarios.viewer.layers.layer import SEEN_TURN, glb, show, srgb, wxyz
 from tissue_sim.frames import Array, inverse_pose
-from tissue_sim.rendering.clip_shape import LOOK as CLIP
-from tissue_sim.rendering.clip_shape import leg
+from tissue_sim.rendering.clip_shape import leg, look_of
 from tissue_sim.tools.arms import LEFT_ARM, RIGHT_ARM
+from tissue_sim.tools.clips import CLIPS
 from tissue_sim.tools.instrument_meshes import link_parts, with_finish
 from tissue_sim.tools.instruments import INSTRUMENTS, PATCH_LINKS
 from tissue_sim.tools.psm import T_yaw_tool
@@ -63,23 +63,28 @@ def _T_world_links(frame: Frame) -> Array:
 class ClipLayer:
     """The clips on tissue, loose in the field, and in the applier.
 
-    One mesh, the leg of a clip, is drawn at many poses.
+    One mesh for each kind, the leg of a clip, is drawn at many poses.
     """
 
     def __init__(self, scene: viser.SceneApi, root: str, patient: Patient) -> None:
-        self._legs = scene.add_batched_meshes_simple(
-            f"{root}/clips",
-            np.asarray(leg().points, np.float32),
-            np.asarray(leg().triangles, np.uint32),
-            batched_wxyzs=np.zeros((0, 4)),
-            batched_positions=np.zeros((0, 3)),
-            batched_colors=srgb(CLIP.colour),
-            flat_shading=True,
-            lod="off",
-        )
+        self._legs = {
+            name: scene.add_batched_meshes_simple(
+                f"{root}/clips/{name}",
+                np.asarray(leg(kind).points, np.float32),
+                np.asarray(leg(kind).triangles, np.uint32),
+                batched_wxyzs=np.zeros((0, 4)),
+                batched_positions=np.zeros((0, 3)),
+                batched_colors=srgb(look_of(kind).colour),
+                flat_shading=True,
+                lod="off",
+            )
+            for name, kind in CLIPS.items()
+        }
 
     def update(self, frame: Frame) -> None:
         """Move the legs to their poses."""
-        T = frame.T_world_leg
-        show(self._legs, "batched_positions", T[:, :3, 3])
-        show(self._legs, "batched_wxyzs", wxyz(T[:, :3, :3]), SEEN_TURN)
+        kinds = np.array(frame.leg_kinds)
+        for name, legs in self._legs.items():
+            T = frame.T_world_leg[kinds == name]
+            show(legs, "batched_positions", T[:, :3, 3])
+            show(legs, "batched_wxyzs", wxyz(T[:, :3, :3]), SEEN_TURN)

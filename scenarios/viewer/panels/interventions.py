@@ -35,7 +35,7 @@ _PLACES = {  # direction or jaw: the button's "row / column", and its short text
 CELLS = cells("arm", tuple(_PLACES.values()))
 _PADS = (
     ("left", "Left arm: grasper", LEFT_RGB),
-    ("right", "Right arm: clip applier, scissors", RIGHT_RGB),
+    ("right", "Right arm: clip appliers, scissors", RIGHT_RGB),
 )
 
 

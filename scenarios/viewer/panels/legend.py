@@ -17,8 +17,9 @@ from scenarios.viewer.pace import Pace
 from scenarios.viewer.panels.panel import Panel, asking, html
 from scenarios.viewer.panels.talk import GO_ON, HOLD
 from scenarios.viewer.session_state import Asks, SessionState, State
-from tissue_sim.rendering.clip_shape import LOOK as CLIP
+from tissue_sim.rendering.clip_shape import look_of
 from tissue_sim.rendering.drawn_tissue import looks
+from tissue_sim.tools.clips import CLIPS
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -89,12 +90,13 @@ class LegendPanel(Panel):
         if anatomy is None:
             return
         parts = looks(anatomy, 0.0)
+        artery = "cystic artery" if anatomy.second_artery is None else "cystic arteries"
         colours: dict[str, Rgb] = {
             "gallbladder": srgb(parts["gallbladder"].colour),
             "cystic duct": srgb(parts["duct"].colour),
-            "cystic artery": srgb(parts["artery"].colour),
+            artery: srgb(parts["artery"].colour),
             "liver": srgb(anatomy.liver_colour),
-            "clip": srgb(CLIP.colour),
+            **{f"{name} clip": srgb(look_of(kind).colour) for name, kind in CLIPS.items()},
             "force of the tissue": FORCE_COLOUR,
             "left arm's next motions": PLAN_COLOURS[0],
             "right arm's next motions": PLAN_COLOURS[1],

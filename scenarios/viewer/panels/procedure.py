@@ -23,9 +23,10 @@ class ProcedurePanel(Panel):
     def update(self, state: State) -> None:
         """Show the progress."""
         status, procedure = state.status, procedure_named(state.config.procedure)
+        tasks = procedure.tasks_with(state.anatomy.tubes if state.anatomy else ())
         self._now.content = html("now", status=status, paused=state.paused, in_detail=in_detail)
-        self._bar.value = 100.0 * progress_of(status, procedure)
-        self._tasks.content = html("tasks", procedure=procedure, status=status)
+        self._bar.value = 100.0 * progress_of(status, tasks)
+        self._tasks.content = html("tasks", tasks=tasks, status=status)
 
 
 class CameraPanel(Panel):

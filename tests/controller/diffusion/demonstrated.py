@@ -40,14 +40,13 @@ def demonstration(n: int = 120, seed: int = 0) -> DemonstrationArrays:
     states, actions = np.zeros((n, VECTOR_SIZE), np.float32), motions(n, seed).astype(np.float32)
     seen = fields(states)
     seen["tips_endoscope"][..., :3] = np.eye(3)
-    for tube in ("left_tube_m", "right_tube_m"):
-        seen[tube][:] = chance.normal(scale=0.01, size=seen[tube].shape)
+    seen["tubes_m"][:] = chance.normal(scale=0.01, size=seen["tubes_m"].shape)
     texts = ["clipping first clip left tube"] * (n // 2)
     texts += ["clipping first clip right tube"] * (n - n // 2)
     named = np.where(
         np.array(["left" in text for text in texts])[:, None],
-        seen["left_tube_m"][:, 0],
-        seen["right_tube_m"][:, 0],
+        seen["tubes_m"][:, 0, 0],
+        seen["tubes_m"][:, 1, 0],
     )
     actions[:, 10:13] = 0.1 * (named - seen["tips_endoscope"][:, 1, :, 3])
     return DemonstrationArrays(

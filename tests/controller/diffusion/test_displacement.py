@@ -38,7 +38,7 @@ def seen() -> Batch:
     jaw[even, :, LEFT], forces_n[even, :, LEFT, 2] = 0.9 * OPEN_RAD, 0.9 * FREE_N
     jaw[~even, :, LEFT], forces_n[~even, :1, LEFT, 2] = 1.1 * OPEN_RAD, 1.1 * FREE_N
     tip = fields(batch.history)["tips_endoscope"][..., 3]
-    tip[:, :, RIGHT] = fields(batch.history)["left_tube_m"][:, :, 0]
+    tip[:, :, RIGHT] = fields(batch.history)["tubes_m"][:, :, 0, 0]
     return flagged(batch)
 
 
@@ -71,7 +71,7 @@ def test_free_tools_are_displaced_equally_in_every_frame_and_others_are_not(seen
 
 def test_no_tool_far_from_tissue_is_displaced(seen):
     history = seen.history.clone()
-    for name in ("left_tube_m", "right_tube_m", "sac_m"):
+    for name in ("tubes_m", "sac_m"):
         fields(history)[name][..., 2] += 0.1 + NEAR_M
     far = displaced(flagged(seen._replace(history=history)), torch.Generator().manual_seed(0))
     assert torch.equal(far.history, history)
@@ -110,7 +110,7 @@ def clear(seen: Batch) -> Batch:
     history, chunk, past = seen.history.clone(), seen.chunk.clone(), seen.past.clone()
     parts = fields(history)
     parts["joints"][..., 6], parts["forces_n"][:] = WIDE_RAD, 0.0
-    parts["tips_endoscope"][:, :, LEFT, :, 3] = parts["left_tube_m"][:, :, 0]
+    parts["tips_endoscope"][:, :, LEFT, :, 3] = parts["tubes_m"][:, :, 0, 0]
     parts["tips_endoscope"][:, :, LEFT, 2, 3] += 0.1 + NEAR_M
     chunk[..., JAWS] = past[..., JAWS] = WIDE_RAD
     jaw_rad = torch.full_like(seen.jaw_rad, WIDE_RAD)

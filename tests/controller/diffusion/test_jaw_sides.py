@@ -13,6 +13,7 @@ from controller.expert.motion import FIRM_ROOM_M
 from controller.expert.targets import clip_pose, clip_stations_m, opening_rad
 from tests.planner.observations import clipped
 from tissue_sim.frames import AWAY, inverse_pose, transform
+from tissue_sim.outcome.predicates import applier_on
 from tissue_sim.patient.anatomy import anatomy_from_seed
 from tissue_sim.sensing.observation import fields
 from tissue_sim.tools.arms import RIGHT_ARM
@@ -41,15 +42,15 @@ def parts_of(world: World) -> dict[str, Tensor]:
 @pytest.mark.parametrize("k", [0, 1])
 def test_the_room_is_the_experts(world: World, k: int) -> None:
     now, tube = parts_of(world), world.anatomy.structure(("left", "right")[k])
+    applier = applier_on(world, tube).name
+    world.equip(applier)
     forward = now["tips_endoscope"][:, RIGHT_ARM, :, 2]
     rooms = rooms_m(places_on(now)[k], forward, now["tube_radius_m"][:, k], lines_at_risk_m(now))
-    first = 0 if len(clip_stations_m(world.tubes, tube)) == 3 else 2
+    first = 0 if len(clip_stations_m(world, tube)) == 3 else 2
     for off_m, room_m in zip(OFFS_M, rooms[0, first].tolist(), strict=True):
         T = clip_pose(world, tube, 1, Approach(off_centre_m=off_m))
-        opening = opening_rad(world.tubes, tube)
-        assert room_m == pytest.approx(
-            firm_room_m(world, T, "clip_applier", opening), abs=AS_SEEN_M
-        )
+        opening = opening_rad(world.tubes, tube, applier)
+        assert room_m == pytest.approx(firm_room_m(world, T, applier, opening), abs=AS_SEEN_M)
 
 
 def test_lines_at_risk_follow_the_structures(world: World) -> None:

@@ -10,11 +10,12 @@ from controller.perception.cuts import Cuts
 from controller.perception.fusion import Lines
 from controller.perception.graph import Shown
 from controller.perception.prior import Prior
+from tests.tissue_sim.kinds import POLYMER
 from tissue_sim.frames import Array, pose
 from tissue_sim.sensing.glance import Glance, Picture
 from tissue_sim.sensing.observation import N_LINE
 from tissue_sim.sensing.polyline import nearest_on, place_on
-from tissue_sim.tools.instruments import CLIP_APPLIER, CLIP_LENGTH_M, GRASPER, SCISSORS
+from tissue_sim.tools.instruments import CLIP_APPLIER, GRASPER, SCISSORS
 
 
 @pytest.fixture
@@ -39,7 +40,7 @@ def glance(tool: str, at: Array, *, jaw_rad: float = 0.0, loaded: bool = False) 
     """Return a step in which the right jaws, square to the tubes, have their middle at a point."""
     joints, tips = np.zeros((2, 7)), np.tile(np.eye(4), (2, 1, 1))
     joints[1, 6] = jaw_rad
-    tips[1] = pose(np.eye(3), at + np.array([0.0, 0.0, 0.5 * CLIP_LENGTH_M]))
+    tips[1] = pose(np.eye(3), at + np.array([0.0, 0.0, 0.5 * POLYMER.length_m]))
     return Glance(
         time_s=0.0,
         joints=joints,

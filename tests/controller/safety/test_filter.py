@@ -12,10 +12,11 @@ from scipy.optimize import brentq
 from controller.kinematics import inverse_kinematics
 from controller.safety.arm_motion import arm_motion
 from controller.safety.bounds import N_MOTION, NO_BOUNDS, on_joints
-from controller.safety.exemption import HOLDS_N, worked_on
+from controller.safety.exemption import HOLDS_N, must_not_meet, worked_on
 from controller.safety.filter import FAR, SafetyFilter
 from controller.safety.filter_sense import registration_of
 from controller.safety.geometry.collision import CollisionModel
+from controller.safety.geometry.link_cores import FINGERS, SHAFT
 from controller.safety.limits import LIMITS
 from controller.safety.limits.arms import (
     JOINT_SPEED,
@@ -28,6 +29,7 @@ from controller.safety.proof import DEEPER_M
 from controller.safety.seen_obstacles import ObstaclesSeen
 from planner.instruction import TASKS, Instruction
 from planner.procedure.outcomes import structure_of
+from tests.planner.observations import clipped, third_tube
 from tests.worlds import textbook_world
 from tissue_sim.frames import inverse_pose, unit
 from tissue_sim.tools.arms import HOME_JOINTS, RIGHT_ARM
@@ -208,6 +210,18 @@ def test_the_grasper_works_on_tubes_while_it_grabs_or_holds_what_they_hang_on(wo
     assert worked_on(TASKS[0], observation) == (tubes, frozenset())
     assert worked_on(right, observation) == (frozenset(), meant)
     assert worked_on(right, replace(observation, pinch_n=2.0 * HOLDS_N)) == (tubes, meant)
+
+
+def test_the_right_jaws_touch_a_third_tube_only_for_its_own_task():
+    seen = third_tube(clipped())
+    of_third = [task for task in TASKS if task.tube == "third"]
+    for task in TASKS:
+        of_left, of_right = worked_on(task, seen)
+        assert "second artery" in of_left
+        assert ("second artery" in of_right) == (task in of_third)
+        fingers = must_not_meet(RIGHT_ARM, FINGERS[0], "second artery", (of_left, of_right))
+        assert fingers == (task not in of_third)
+        assert must_not_meet(RIGHT_ARM, SHAFT, "second artery", (of_left, of_right))
 
 
 @pytest.mark.parametrize("distance_m", [0.00012, 0.00005, -0.0003])

@@ -6,13 +6,13 @@ import numpy as np
 import pytest
 
 from controller.safety.jaws_seen import between_jaws_seen
+from tests.tissue_sim.kinds import POLYMER
 from tests.tissue_sim.verification.bodies import astride
 from tests.worlds import textbook_world
 from tissue_sim.frames import inverse_pose
 from tissue_sim.patient.organ import TUBES
 from tissue_sim.patient.tubes import GALLBLADDER, between_jaws
 from tissue_sim.sensing.observation import Observation
-from tissue_sim.surgery.clip import CLIP_LENGTH_M
 from tissue_sim.tools.arms import RIGHT_ARM
 from tissue_sim.world import World
 
@@ -34,7 +34,7 @@ def seen_with_tool_at(world: World, T_world_tool: np.ndarray) -> Observation:
 
 @pytest.mark.parametrize("tube", TUBES)
 def test_jaws_about_the_middle_of_a_tube_have_that_tube_between_them(world, tube):
-    T = astride(world.tubes, tube, 0.5 * world.tubes.length_m[tube], beyond_m=CLIP_LENGTH_M / 2)
+    T = astride(world.tubes, tube, 0.5 * world.tubes.length_m[tube], beyond_m=POLYMER.length_m / 2)
     assert between_jaws_seen(seen_with_tool_at(world, T)) == {tube}
 
 
@@ -50,7 +50,7 @@ def test_all_about_the_field_what_is_seen_is_what_is_there(world):
     for _ in range(PLACES):
         T = home.copy()
         middle = anywhere[rng.integers(len(anywhere))] + 0.003 * rng.standard_normal(3)
-        T[:3, 3] = middle + 0.5 * CLIP_LENGTH_M * T[:3, 2]
+        T[:3, 3] = middle + 0.5 * POLYMER.length_m * T[:3, 2]
         true = between_jaws(world.tubes, T, "clip_applier")
         seen = between_jaws_seen(seen_with_tool_at(world, T))
         agree.append((true ^ seen) - {GALLBLADDER} == set())

@@ -108,9 +108,11 @@ def as_written(reading: Reading) -> str:
         return "refuse"
     if reading.question:
         return f"question: {reading.question}"
-    speed = f"speed: {reading.speed}"
-    if reading.speed and reading.command is None:
-        return speed
+    speed = f"speed: {reading.speed}" if reading.speed else ""
+    tool = f"tool: {reading.applier}" if reading.applier else ""
+    besides = [one for one in (speed, tool) if one]
+    if besides and reading.command is None:
+        return " ; ".join(besides)
     if reading.by == "warning" or reading.forbids:
         refused = reading.reply.startswith("Refused")
         return "hold, refused" if refused else _held(reading)
@@ -120,7 +122,7 @@ def as_written(reading: Reading) -> str:
     for said in (first, *reading.then):
         if said.side and said.side != _USUAL.get(said.command.structure or ""):
             return "ask"  # the robot sees another side
-    return " ; ".join([*([speed] if reading.speed else []), *map(_sized, (first, *reading.then))])
+    return " ; ".join([*besides, *map(_sized, (first, *reading.then))])
 
 
 def is_right(expected: str, written: str) -> bool:

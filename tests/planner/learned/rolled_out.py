@@ -25,10 +25,10 @@ def rollout(seed: int = 0, tasks: int = N_TASKS) -> Rollout:
     states = rng.normal(scale=0.1, size=(n, VECTOR_SIZE)).astype(np.float32)
     wanted = (task % 3 == 0) & (np.arange(n) % TASK_STEPS < CONTROL_HZ)
     seen = fields(states)
-    for side in ("left_tube_m", "right_tube_m"):
-        seen[side][:, 0] = seen[side][0, 0]
+    seen["tubes_m"][:, :, 0] = seen["tubes_m"][0, :, 0]
+    seen["third_tube"][:] = 0.0
     seen["sac_m"][:, 0, 0] = 0.01 * task
-    for name in ("n_clips", "clip_loaded", "scissors", "hidden"):
+    for name in ("n_clips", "clip_loaded", "right_tool", "hidden"):
         seen[name][:] = 1.0
     seen["severed"][:], seen["rest_length_m"][:], seen["rest_length_std_m"][:] = 0.0, 0.03, 0.0
     seen["clips_m"] += 1.0  # on neither tube

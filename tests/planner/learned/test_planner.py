@@ -143,7 +143,7 @@ def test_alone_it_gives_what_its_network_asks_for(network, asked):
 def test_after_a_cut_it_never_asks_to_grasp_again(network):
     planner, ready = PlannerLearned(torn(network, CUT, CLIP, 0.99)), at_work(left=3, back=True)
     assert planner.plan(ready).task == CUT
-    made = replace(ready, severed=np.array([True, False]))
+    made = replace(ready, severed=np.array([True, False, False]))
     assert planner.plan(replace(made, time_s=1.0)).task == BACK_FROM_CUT
     planner._network = torn(network, GRAB, CLIP, 0.9)
     assert {planner.plan(replace(made, time_s=float(s))).task for s in range(2, 8)} == {CLIP}
@@ -153,7 +153,7 @@ def test_after_a_cut_it_never_asks_to_grasp_again(network):
 
 def test_after_a_persons_cut_it_does_not_ask_to_grasp_either(network):
     planner = PlannerLearned(torn(network, GRAB, CLIP, 0.9))
-    made = replace(at_work(right=3, back=True), severed=np.array([False, True]))
+    made = replace(at_work(right=3, back=True), severed=np.array([False, True, False]))
     assert planner.plan(made).task == TASKS[1]
 
 

@@ -31,7 +31,7 @@ def test_clips_are_counted_on_each_structure(left, right):
 
 
 def test_a_cut_tube_is_said_to_be_cut_and_what_is_next_follows():
-    seen = replace(clipped(left=3), severed=np.array([True, False]))
+    seen = replace(clipped(left=3), severed=np.array([True, False, False]))
     assert "the duct cut" in answer("clips", CLIP, seen)
     assert "clipping first clip right tube" in answer("next", CLIP, seen)
 
@@ -78,7 +78,7 @@ def test_how_well_the_last_clip_is_placed_is_told_of_the_tube_in_question():
 
 
 def test_of_a_tube_that_is_cut_no_clip_is_said_to_be_placed():
-    seen = replace(seen_within(0.0004, left=3), severed=np.array([True, False]))
+    seen = replace(seen_within(0.0004, left=3), severed=np.array([True, False, False]))
     assert answer("on", CLIP, seen).startswith("I see the duct cut. ")
 
 

@@ -26,7 +26,7 @@ def hear(planner, text, seen):
 
 
 def duct_cut(time_s=0.0):
-    return replace(clipped(3, 3, time_s=time_s), severed=np.array([True, False]))
+    return replace(clipped(3, 3, time_s=time_s), severed=np.array([True, False, False]))
 
 
 # --- what would be lost ---

@@ -10,15 +10,16 @@ from planner.person.answers import answer
 from planner.person.remaining import tasks_left
 from planner.procedure.cholecystectomy import task_from_text
 from planner.scene.duct_side import duct_side, side_confidence
-from tests.planner.observations import at_work, clipped
+from tests.planner.observations import at_work, clipped, third_tube
 from tissue_sim.sensing.observation import N_POINTS
 from tissue_sim.tools.arms import RIGHT_ARM
+from tissue_sim.tools.clips import MEDIUM_LARGE_POLYMER, MEDIUM_TITANIUM
 
 CLIP = Instruction(task=TASKS[3])
 
 
 def duct_cut(right=0):
-    return replace(clipped(3, right), severed=np.array([True, False]))
+    return replace(clipped(3, right), severed=np.array([True, False, False]))
 
 
 @pytest.mark.parametrize("duct", ["left", "right"])
@@ -41,7 +42,7 @@ def test_the_confidence_is_how_often_points_with_that_error_show_the_same_side()
     for _ in range(4000):
         shown = {
             name: getattr(truly, name) + std_m * rng.normal(size=getattr(truly, name).shape)
-            for name in ("left_tube_m", "right_tube_m", "sac_m")
+            for name in ("tubes_m", "sac_m")
         }
         right.append(duct_side(replace(truly, **shown)) == "left")
     assert 0.9 < told < 0.99
@@ -103,12 +104,19 @@ def test_whether_a_cut_is_safe_names_what_is_missing(seen, forbidden, told):
     assert answer("safe", asked, seen, "duct").startswith(told)
 
 
-def test_a_cut_without_room_for_its_cuffs_is_not_safe():
+@pytest.mark.parametrize(
+    ("kind", "apart_m", "told"),
+    [
+        (MEDIUM_LARGE_POLYMER, 0.003, "3.0 mm apart beside the cut, which needs 4.2 mm"),
+        (MEDIUM_TITANIUM, 0.0025, "2.5 mm apart beside the cut, which needs 3.0 mm"),
+    ],
+)
+def test_a_cut_without_room_for_its_cuffs_is_not_safe(kind, apart_m, told):
     seen = clipped(3)
     clips_m = seen.clips_m.copy()
-    clips_m[2, 1] = clips_m[1, 1] + 0.003
-    seen = replace(seen, clips_m=clips_m)
-    assert "3.0 mm apart beside the cut, which needs 4.2 mm" in answer("safe", CLIP, seen, "duct")
+    clips_m[2, 1] = clips_m[1, 1] + apart_m
+    seen = replace(seen, clips_m=clips_m, clip_kinds=(kind,) * 3)
+    assert told in answer("safe", CLIP, seen, "duct")
     assert answer("safe", CLIP, seen, "duct").startswith("To cut the duct is not safe: only its 3")
 
 
@@ -134,7 +142,7 @@ def with_right_tip(seen, tip_m):
 )
 def test_where_a_structure_is_is_told_from_the_tip_in_the_endoscopes_directions(off_m, way):
     seen = clipped()
-    seen = with_right_tip(seen, seen.right_tube_m[3] + off_m)
+    seen = with_right_tip(seen, seen.tube_m("right")[3] + off_m)
     told = answer("where", CLIP, seen, "artery")
     assert told == f"The artery is {way.split()[0]} mm from the right tip: {way}."
 
@@ -149,18 +157,20 @@ def test_where_a_clip_is_is_that_of_the_last_one():
 
 
 def test_what_is_left_is_what_is_not_seen_to_be_done():
-    assert len(tasks_left(TASKS[0], replace(clipped(), pinch_n=0.0))) == len(TASKS)
+    loose = replace(clipped(), pinch_n=0.0)
+    assert tasks_left(TASKS[0], loose) == [task for task in TASKS if not task.is_optional]
+    assert tasks_left(TASKS[0], third_tube(loose)) == list(TASKS)
     texts = [task.text for task in tasks_left(TASKS[3], at_work(left=2))]
     assert texts[0] == "clipping third clip left tube"
     assert len(texts) == 12
     after = task_from_text("go back from the cut right tube")
-    done = replace(at_work(3, 3, back=True), severed=np.array([True, True]))
+    done = replace(at_work(3, 3, back=True), severed=np.array([True, True, False]))
     assert tasks_left(after, done) == []
     assert answer("left", Instruction(task=after), done).startswith("No step is left")
 
 
 def test_a_short_tube_has_fewer_steps_left():
-    short = replace(clipped(), rest_length_m=np.array([0.014, 0.028]))
+    short = replace(clipped(), rest_length_m=np.array([0.014, 0.028, 0.0]))
     assert len(tasks_left(TASKS[1], short)) == len(tasks_left(TASKS[1], clipped())) - 2
 
 

@@ -27,7 +27,7 @@ def at(time_s: float, near: bool, up_m: float = 0.0, **clips: int) -> Observatio
     """Return an observation with the right tip on the left tube, or far away."""
     seen = clipped(time_s=time_s, **clips)
     tips = seen.tips_endoscope.copy()
-    tips[1, :3, 3] = seen.left_tube_m[3] - [0.0, 0.0, 0.001 if near else 0.04]
+    tips[1, :3, 3] = seen.tube_m("left")[3] - [0.0, 0.0, 0.001 if near else 0.04]
     tips[1, :3, 3] += up_m * np.array(DIRECTION_ENDOSCOPE["higher"])
     return replace(seen, tips_endoscope=tips)
 

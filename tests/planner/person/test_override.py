@@ -126,7 +126,7 @@ def test_an_ordered_clip_lasts_until_it_is_seen_and_the_arm_is_back():
     say(planner, "clipping first clip right tube")
     for k in range(300):
         now = clipped(right=int(k > 150), time_s=k * STEP_S)
-        tip = now.right_tube_m[3] + [0.0, 0.0, -0.001 if k < 250 else -0.04]
+        tip = now.tube_m("right")[3] + [0.0, 0.0, -0.001 if k < 250 else -0.04]
         tips = now.tips_endoscope.copy()
         tips[1, :3, 3] = tip
         now = replace(now, tips_endoscope=tips)
@@ -143,7 +143,7 @@ def test_an_ordered_clip_that_is_never_seen_is_tried_again_and_then_given_up_wit
     for k in range(round(8 * PATIENCE_S / STEP_S)):
         now = clipped(time_s=k * STEP_S)
         tips = now.tips_endoscope.copy()
-        tips[1, :3, 3] = now.right_tube_m[3]
+        tips[1, :3, 3] = now.tube_m("right")[3]
         told += planner.follow(replace(now, tips_endoscope=tips))
         stages.append(planner.in_force(now).task.text)
     tries = sum(a != b and "clipping" in b for a, b in zip(["", *stages], stages, strict=False))
@@ -161,7 +161,7 @@ def test_a_slow_task_has_as_much_more_time_for_its_tries_as_it_is_slower(speed):
         say(planner, words)
         planner.standing.speed = share
         near = writable(clipped())
-        near.tips_endoscope[1, :3, 3] = near.right_tube_m[3]
+        near.tips_endoscope[1, :3, 3] = near.tube_m("right")[3]
         near = replace(near, pinch_n=0.0)
         times_s = (k / share for k in range(100))
         ended = ((t, told) for t in times_s for told in planner.follow(replace(near, time_s=t)))
@@ -300,7 +300,7 @@ def test_an_order_comes_before_a_call_which_is_still_there_afterwards():
 
 
 def test_who_orders_a_clip_in_a_patient_without_room_is_told_so_and_obeyed(planner):
-    short = {"rest_length_m": np.array([0.010, 0.028]), "rest_length_std_m": np.full(2, 1e-4)}
+    short = {"rest_length_m": np.array([0.010, 0.028, 0.0]), "rest_length_std_m": np.full(3, 1e-4)}
     at_rest = replace(clipped(), **short)
     planner.plan(at_rest)
     obeyed = planner.hear(INTERPRETER.read("clip the artery"), at_rest)
@@ -316,7 +316,7 @@ def test_who_orders_a_clip_in_a_patient_without_room_is_told_so_and_obeyed(plann
 
 
 def test_who_orders_a_clip_after_something_else_is_told_when_it_begins(planner):
-    short = {"rest_length_m": np.array([0.010, 0.028]), "rest_length_std_m": np.full(2, 1e-4)}
+    short = {"rest_length_m": np.array([0.010, 0.028, 0.0]), "rest_length_std_m": np.full(3, 1e-4)}
     planner.hear(INTERPRETER.read("open the right gripper, then clip the artery"), clipped())
     assert not planner.follow(clipped())
     opened = replace(clipped(time_s=0.5 * JAWS_S), **short), replace(clipped(time_s=9.0), **short)

@@ -22,7 +22,7 @@ def hear(planner, text, seen):
 
 
 def cut(left=3, right=0, *, severed=(True, False), **seen):
-    return replace(clipped(left, right, **seen), severed=np.array(severed))
+    return replace(clipped(left, right, **seen), severed=np.array([*severed, False]))
 
 
 @pytest.mark.parametrize(
@@ -52,7 +52,7 @@ def test_what_is_not_seen_to_be_so_is_denied_by_what_is_seen(claim, seen, told):
 
 @pytest.mark.parametrize("duct", ["left", "right"])
 def test_a_structure_is_the_tube_that_it_is_in_this_patient(duct):
-    seen = replace(clipped(3, 3, duct=duct), severed=np.array([True, False]))
+    seen = replace(clipped(3, 3, duct=duct), severed=np.array([True, False, False]))
     denied = {
         on: denial((Claim(claimed="cut", on=on),), TASKS[0], seen) for on in ("duct", "artery")
     }

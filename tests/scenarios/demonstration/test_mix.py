@@ -37,7 +37,7 @@ def test_all_of_the_recovery_set_comes_up():
 def test_one_number_stands_for_each_thing_that_may_be_heard():
     from controller.dataset.schema import TEXTS
 
-    assert len(set(TEXTS)) == len(TASKS) + len(CORRECTIONS) == 35
+    assert len(set(TEXTS)) == len(TASKS) + len(CORRECTIONS) == 43
 
 
 def test_patients_may_be_those_with_a_short_artery_alone():

@@ -4,6 +4,7 @@ import re
 from html import unescape
 from io import StringIO
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -16,6 +17,7 @@ from planner.instruction import TASKS, Instruction
 from scenarios.files.outside_text import Terminal, in_html, visible
 from scenarios.loop.observer import ProgressDisplay
 from tests.scenarios.recording.made_up_step import random_step
+from tissue_sim.patient.textbook import textbook_from_seed
 
 SCENARIOS = Path(__file__).parents[3] / "scenarios"
 HOSTILE = (
@@ -59,7 +61,7 @@ def test_a_terminal_shows_markup_as_text_in_lines_tables_and_titles(text):
 def test_the_progress_bar_outlives_a_planner_that_says_anything(text):
     file = StringIO()
     with ProgressDisplay(1, Console(file=file, width=200, force_terminal=True)) as display:
-        display.on_reset(None)
+        display.on_reset(SimpleNamespace(anatomy=textbook_from_seed(10_000)))
         said = Instruction(task=TASKS[0], remark=text)
         display.on_step(random_step(np.random.default_rng(0), 1, said, told=(text,)))
         display._progress.refresh()

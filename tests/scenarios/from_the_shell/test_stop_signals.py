@@ -13,6 +13,8 @@ from scenarios.recording.recorder import load
 from tests.slow import slow
 
 IDLE = ["--planner", "scripted", "--controller", "idle", "--scenario", "textbook"]
+THREE = ["--seed", "10000", "--episodes", "3", "--out", "out"]
+CALLED = [*IDLE[:-1], "short-tubes", "--magnitude", "1", *THREE]
 RUN = ["run", *IDLE, "--seed", "10004", "--episodes", "3", "--out", "out"]
 GRACE_S = 10.0
 
@@ -133,16 +135,13 @@ def test_every_command_ends_with_the_signals_code_and_nothing_running(tmp_path, 
 
 @pytest.mark.slow
 def test_a_run_that_ignores_the_end_of_its_session_goes_on(tmp_path):
-    words = ["run", *IDLE[:-1], "two-arteries", "--out", "out"]
+    words = ["run", *CALLED[:-6], "--out", "out"]
     with CalotProcess(words=words, folder=tmp_path, ignores=(signal.SIGHUP,)) as process:
         wait_until_episodes_run(process)
         os.kill(process.pid, signal.SIGHUP)
         code, out, _ = process.end()
     assert code == 0
     assert "1 called for a person" in out
-
-
-CALLED = [*IDLE[:-1], "two-arteries", "--seed", "10000", "--episodes", "3", "--out", "out"]
 
 
 def test_a_run_whose_folder_vanishes_loses_no_result(tmp_path):
@@ -156,7 +155,8 @@ def test_a_run_whose_folder_vanishes_loses_no_result(tmp_path):
 
 @pytest.mark.slow
 def test_an_evaluation_whose_folder_vanishes_reports_all_and_can_go_on(tmp_path):
-    words = ["evaluate", "--arms", "a=scripted+idle", "--suite", "two-arteries", *CALLED[6:]]
+    calls = "a=tests.scenarios.calling:PlannerCalls+idle"
+    words = ["evaluate", "--arms", calls, "--suite", "textbook", *THREE]
     with CalotProcess(words=words, folder=tmp_path) as process:
         wait_until(lambda: not process.is_running or len(recorded(process)) > 0)
         (tmp_path / "out").rename(tmp_path / "gone")

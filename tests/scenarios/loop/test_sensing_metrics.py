@@ -12,7 +12,7 @@ from tissue_sim.sensing.observation import N_POINTS, Observation
 
 EXACT = clipped(left=2)
 TIP = EXACT.tips_endoscope.copy()
-TIP[1, :3, 3] = EXACT.left_tube_m[3]
+TIP[1, :3, 3] = EXACT.tube_m("left")[3]
 EXACT = replace(EXACT, tips_endoscope=TIP)
 
 
@@ -30,8 +30,7 @@ def off(by_m: float, std_m: float) -> Observation:
     away = by_m * np.array([1.0, 0.0, 0.0])
     return replace(
         EXACT,
-        left_tube_m=EXACT.left_tube_m + away,
-        right_tube_m=EXACT.right_tube_m + 9 * away,
+        tubes_m=EXACT.tubes_m + np.array([1.0, 9.0, 0.0])[:, None, None] * away,
         clips_m=EXACT.clips_m + 0.5 * away,
         std_m=np.full(N_POINTS, std_m),
     )
@@ -59,7 +58,7 @@ def test_ellipsoids_hold_what_is_within_their_size():
 
 
 def test_moments_are_counted_in_which_clips_and_cuts_are_right():
-    cut = replace(EXACT, severed=np.array([True, False]))
+    cut = replace(EXACT, severed=np.array([True, False, False]))
     fewer = replace(EXACT, n_clips=1)
     found = measured(EXACT, cut, fewer, fewer)
     assert (found.clips_counted, found.cuts_seen) == (0.5, 0.75)

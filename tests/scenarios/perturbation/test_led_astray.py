@@ -13,9 +13,9 @@ from scenarios.perturbation.led_astray import NEAR_M, commanded_pose
 from scenarios.perturbation.perturbation import AtTask
 from tests.scenarios.perturbation.episodes import SEED, disturbed, perturbation
 from tests.slow import slow
+from tests.tissue_sim.kinds import POLYMER
 from tissue_sim.constants import CONTROL_PERIOD_S
 from tissue_sim.frames import axis_angle, inverse_pose, pose, transform
-from tissue_sim.surgery.clip import CLIP_LENGTH_M
 
 GRAB, CLIP = 1, 2
 COMMANDED_M = 1e-6  # commanded pose
@@ -62,7 +62,7 @@ class Led:
             centres = transform(to_tool, self.world.tubes.centres(tube))
             x, y, z = centres[np.argmin(np.abs(centres[:, 0]))]
             half_gap_m = (applier.yaw_to_tip_m + z) * np.sin(0.5 * jaw_rad)
-            if abs(x) < 1e-3 and abs(y) < half_gap_m and -CLIP_LENGTH_M < z < 0:
+            if abs(x) < 1e-3 and abs(y) < half_gap_m and -POLYMER.length_m < z < 0:
                 caught.add(tube)
         return caught
 

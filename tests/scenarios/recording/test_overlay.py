@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from scenarios.recording.overlay import CLIP, HIDDEN, LEAST_PX, SEEN, overlaid, projected
-from tests.planner.observations import clipped
+from tests.planner.observations import clipped, with_tube
 from tissue_sim.sensing.cameras import CAMERAS
 from tissue_sim.sensing.observation import N_POINTS
 
@@ -19,7 +19,7 @@ def test_the_middle_of_the_picture_is_straight_ahead_left_is_left_and_up_is_up()
     line = np.tile([0.0, 0.0, 0.1], (8, 1))
     line[1] += [0.01, 0.0, 0.0]
     line[2] += [0.0, 0.01, 0.0]
-    pixels, _ = projected(replace(SIGHT, left_tube_m=line), HEIGHT, WIDTH)
+    pixels, _ = projected(with_tube(SIGHT, "left", line), HEIGHT, WIDTH)
     focal = 0.5 * HEIGHT / np.tan(0.5 * CAMERAS[0].fov_rad)
     np.testing.assert_allclose(pixels[0], [WIDTH / 2, HEIGHT / 2])
     np.testing.assert_allclose(pixels[1], [WIDTH / 2 - 0.1 * focal, HEIGHT / 2])

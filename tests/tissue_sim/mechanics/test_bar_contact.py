@@ -9,14 +9,15 @@ import numpy as np
 import pytest
 
 from tests.tissue_sim.bodies import forces
+from tests.tissue_sim.kinds import POLYMER
 from tests.tissue_sim.patients import clip_at, run, settled
 from tests.tissue_sim.verification.bodies import EPS
 from tissue_sim.frames import Array, unit
 from tissue_sim.mechanics.layout import N_SHAPES
 from tissue_sim.mechanics.tissue import Tissue
 from tissue_sim.patient.tubes import Tubes
-from tissue_sim.surgery.clip import CLIP_WIDTH_M, Clip, T_world_clip
-from tissue_sim.surgery.clip_bar import RADIUS_M, bar_of, place_bars
+from tissue_sim.surgery.clip import Clip, T_world_clip
+from tissue_sim.surgery.clip_bar import bar_of, place_bars
 
 SEED = 10_003
 BALL, RIGHT_BALL, BALL_RADIUS_M = 1, 6, 0.002  # round instruments of the left and right arm
@@ -42,7 +43,7 @@ def place_ball(tissue: Tissue, depth_m: float, row: int = BALL) -> Array:
     bar = balls(tissue)[0]
     along = unit(bar[-1] - bar[0])
     push = unit(np.cross(along, [1.0, 0.3, 0.2]))
-    middle = bar[OUTER_END] - (BALL_RADIUS_M + RADIUS_M - depth_m) * push
+    middle = bar[OUTER_END] - (BALL_RADIUS_M + POLYMER.bar_radius_m - depth_m) * push
     tissue.shapes.a.numpy()[0, row] = tissue.shapes.b.numpy()[0, row] = middle
     tissue.shapes.radius.numpy()[0, row] = BALL_RADIUS_M
     tissue.shapes.T_world_link.numpy()[0, row, :3, 3] = middle + 0.01 * along
@@ -153,8 +154,8 @@ def nearest_m(*, contact: bool) -> float:
 
 
 def test_clips_that_are_pressed_together_stay_apart() -> None:
-    assert nearest_m(contact=True) > 0.75 * CLIP_WIDTH_M
-    assert nearest_m(contact=False) < 0.2 * CLIP_WIDTH_M
+    assert nearest_m(contact=True) > 0.75 * POLYMER.width_m
+    assert nearest_m(contact=False) < 0.2 * POLYMER.width_m
 
 
 def test_clips_push_each_other_with_opposite_forces() -> None:

@@ -8,6 +8,7 @@ import pytest
 
 from tests.slow import slow
 from tests.tissue_sim.bodies import forces
+from tests.tissue_sim.kinds import POLYMER
 from tests.tissue_sim.verification.bodies import EPS, astride, put
 from tissue_sim.frames import Array
 from tissue_sim.mechanics.tissue import Tissue, TissueConfig
@@ -16,7 +17,7 @@ from tissue_sim.patient.mesher import signed_volumes
 from tissue_sim.patient.organ import TUBES, build_organ
 from tissue_sim.patient.textbook import textbook_from_seed
 from tissue_sim.patient.tubes import Tubes
-from tissue_sim.surgery.clip import CLIP_LENGTH_M, latch
+from tissue_sim.surgery.clip import latch
 from tissue_sim.verification.potentials import Bed, Elements, Links, Potential, Springs
 from tissue_sim.verification.retraction import MAX_ERROR_M, retraction
 from tissue_sim.verification.statics import RESIDUAL_N, displaced, equilibrium, statics_of
@@ -33,8 +34,8 @@ def tissue() -> Tissue:
     """Return a patient whose duct is clipped, so that every kind of energy is present."""
     tissue = Tissue([build_organ(PATIENT)], stiffness_scale=[PATIENT.stiffness_scale])
     tubes = Tubes(tissue, tissue.organs[0])
-    where = astride(tubes, "duct", 0.5 * tubes.length_m["duct"], beyond_m=CLIP_LENGTH_M / 2)
-    latch(tubes, where, number=1, time_s=0.0)
+    where = astride(tubes, "duct", 0.5 * tubes.length_m["duct"], beyond_m=POLYMER.length_m / 2)
+    latch(tubes, where, POLYMER, number=1, time_s=0.0)
     return tissue
 
 

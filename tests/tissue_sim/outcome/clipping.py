@@ -2,8 +2,9 @@
 
 from dataclasses import replace
 
+from tests.tissue_sim.kinds import POLYMER
 from tests.tissue_sim.verification.bodies import astride
-from tissue_sim.surgery.clip import CLIP_LENGTH_M, CLIP_WIDTH_M, latch
+from tissue_sim.surgery.clip import latch
 from tissue_sim.surgery.cut import BLADE_LENGTH_M, sever
 from tissue_sim.surgery.leak import leaks
 from tissue_sim.thresholds import CLIP_MIN_GAP_M
@@ -11,12 +12,14 @@ from tissue_sim.world import World
 
 HALF_SECOND = 30  # tissue steps
 LOW_M = 0.0030  # first clip, from the fixed end
-NEXT_M = CLIP_WIDTH_M + CLIP_MIN_GAP_M + 0.0002
+NEXT_M = POLYMER.width_m + CLIP_MIN_GAP_M + 0.0002
 
 
 def clip(world: World, tube: str, station_m: float, **how: float) -> None:
-    T = astride(world.tubes, tube, station_m, **({"beyond_m": CLIP_LENGTH_M / 2} | how))
-    made = latch(world.tubes, T, number=len(world.record.clips) + 1, time_s=world.record.time_s)
+    T = astride(world.tubes, tube, station_m, **({"beyond_m": POLYMER.length_m / 2} | how))
+    made = latch(
+        world.tubes, T, POLYMER, number=len(world.record.clips) + 1, time_s=world.record.time_s
+    )
     world.record = replace(world.record, clips=(*world.record.clips, made))
     settle(world)
 

@@ -8,6 +8,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from tests.tissue_sim.kinds import POLYMER
 from tests.tissue_sim.outcome.clipping import (
     HALF_SECOND,
     clip,
@@ -29,7 +30,7 @@ from tissue_sim.outcome.predicates import (
     tube_cut,
 )
 from tissue_sim.patient.organ import TUBES
-from tissue_sim.surgery.clip import CLIP_LENGTH_M, CLIP_WIDTH_M, detach, latch
+from tissue_sim.surgery.clip import detach, latch
 from tissue_sim.surgery.grasp import LEFT_FINGERS, Grasp
 from tissue_sim.thresholds import CUFF_MIN_M, GRASP_MAX_JAW_RAD, RETRACTED_M, SPREAD_MIN_M
 from tissue_sim.tools.arms import LEFT_ARM, RIGHT_ARM
@@ -78,24 +79,45 @@ def test_a_clip_tilted_by_more_than_30_degrees_is_not_placed(
 def test_neighbouring_clips_keep_their_distance(world: World, gap_m: float, good: bool) -> None:
     station = 0.4 * world.tubes.length_m["duct"]
     clip(world, "duct", station)
-    clip(world, "duct", station + CLIP_WIDTH_M + gap_m)
+    clip(world, "duct", station + POLYMER.width_m + gap_m)
     assert clip_placed(world, "duct", 1)
     assert clip_placed(world, "duct", 2) == good
 
 
-@pytest.mark.parametrize("end", ["low", "high"])
-@pytest.mark.parametrize(("margin_m", "good"), [(0.0007, False), (0.0014, True)])
-def test_a_clip_keeps_its_distance_from_the_tubes_ends(
-    world: World, end: str, margin_m: float, good: bool
+@pytest.mark.parametrize(("margin_m", "good"), [(-0.0003, False), (0.0003, True)])
+def test_a_clip_lies_with_its_whole_width_on_the_tube_at_the_end_that_is_not_cut(
+    world: World, margin_m: float, good: bool
 ) -> None:
-    from_end = margin_m + CLIP_WIDTH_M / 2
-    length = world.tubes.length_m["artery"]
-    clip(world, "artery", from_end if end == "low" else length - from_end)
-    crossing = world.record.clips[0].on("artery")
-    assert crossing is not None
-    assert crossing.station_m == pytest.approx(from_end if end == "low" else length - from_end)
-    on_sac = world.record.clips[0].on_sac  # near the neck the legs may catch the sac as well
-    assert clip_placed(world, "artery", 1) == (good and not on_sac)
+    clip(world, "artery", margin_m + POLYMER.width_m / 2)
+    crossings = world.record.clips[0].crossings
+    alone = [crossing.tube for crossing in crossings] == ["artery"]
+    assert clip_placed(world, "artery", 1) == (good and alone)
+
+
+def on_the_gallbladder(world: World, number: int) -> None:
+    """Let a clip in place also hold the gallbladder's wall."""
+    clips = list(world.record.clips)
+    clips[number - 1] = replace(clips[number - 1], on_sac=True)
+    world.record = replace(world.record, clips=tuple(clips))
+
+
+@pytest.mark.parametrize(("number", "good"), [(1, False), (2, False), (3, True)])
+def test_only_the_clip_that_leaves_with_the_gallbladder_may_hold_its_wall(
+    world: World, number: int, good: bool
+) -> None:
+    three_clips(world, "duct")
+    on_the_gallbladder(world, number)
+    assert clip_placed(world, "duct", 3) == good
+    _, low, high = three_stations(world, "duct")
+    cut(world, "duct", 0.5 * (low + high))
+    assert tube_cut(world, "duct") == good
+
+
+def test_a_first_clip_on_the_gallbladder_is_not_placed(world: World) -> None:
+    """It is the highest clip so far, but it would stay in the patient."""
+    clip(world, "duct", three_stations(world, "duct")[0])
+    on_the_gallbladder(world, 1)
+    assert not clip_placed(world, "duct", 1)
 
 
 def test_clips_out_of_order_are_not_placed(world: World) -> None:
@@ -139,9 +161,9 @@ def bring_tubes_together(world: World, share: float) -> None:
 def test_a_clip_on_both_tubes_counts_for_neither(world: World) -> None:
     bring_tubes_together(world, 0.4)
     T = astride(
-        world.tubes, "duct", 0.4 * world.tubes.length_m["duct"], beyond_m=CLIP_LENGTH_M - 0.002
+        world.tubes, "duct", 0.4 * world.tubes.length_m["duct"], beyond_m=POLYMER.length_m - 0.002
     )
-    made = latch(world.tubes, T, number=1, time_s=0.0)
+    made = latch(world.tubes, T, POLYMER, number=1, time_s=0.0)
     assert {c.tube for c in made.crossings} == set(TUBES)
     world.record = replace(world.record, clips=(made,))
     for _ in range(3):
@@ -170,7 +192,7 @@ def test_the_cut_leaves_a_cuff_on_both_sides(
 ) -> None:
     three_clips(world, "duct")
     _, low, high = three_stations(world, "duct")
-    off = CLIP_WIDTH_M / 2 + cuff_m
+    off = POLYMER.width_m / 2 + cuff_m
     cut(world, "duct", low + off if beside == 2 else high - off)
     assert tube_cut(world, "duct") == good
 

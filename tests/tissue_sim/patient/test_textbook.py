@@ -5,6 +5,7 @@ import numpy as np
 from tissue_sim.outcome.clip_rule import USUAL_CLIPS, clips_needed
 from tissue_sim.outcome.room import why_call
 from tissue_sim.patient.textbook import TEXTBOOK, textbook_from_seed
+from tissue_sim.tools.instruments import applier_for
 
 MANY = [textbook_from_seed(seed) for seed in range(400)]
 
@@ -25,5 +26,11 @@ def test_there_is_one_artery_on_the_ducts_side_or_the_other() -> None:
 def test_three_clips_and_a_cut_always_fit() -> None:
     for patient in MANY:
         assert why_call(patient) is None
-        assert clips_needed("duct", patient.duct_length_m) == USUAL_CLIPS
-        assert clips_needed("artery", patient.artery_length_m) == USUAL_CLIPS
+        assert (
+            clips_needed("duct", patient.duct_length_m, applier_for(patient.duct_diameter_m))
+            == USUAL_CLIPS
+        )
+        assert (
+            clips_needed("artery", patient.artery_length_m, applier_for(patient.artery_diameter_m))
+            == USUAL_CLIPS
+        )

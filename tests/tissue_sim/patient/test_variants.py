@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from tests.tissue_sim.bodies import forces
+from tests.tissue_sim.kinds import POLYMER
 from tests.tissue_sim.verification.bodies import EPS, astride, put, tissue_of
 from tissue_sim.frames import AWAY, RIGHT, UP, Array, unit
 from tissue_sim.mechanics.tissue import Tissue
@@ -16,9 +17,10 @@ from tissue_sim.patient.textbook import TEXTBOOK, textbook_from_seed
 from tissue_sim.patient.tubes import Tubes
 from tissue_sim.patient.variants import VARIANTS, patient_of, variant
 from tissue_sim.rendering.drawn_strands import holding
-from tissue_sim.surgery.clip import CLIP_LENGTH_M, latch
+from tissue_sim.surgery.clip import latch
 from tissue_sim.surgery.cut import BLADE_LENGTH_M, sever
 from tissue_sim.surgery.leak import leaks
+from tissue_sim.tools.instruments import applier_for
 from tissue_sim.world import World
 
 SEEDS = range(10_000, 10_020)
@@ -114,7 +116,11 @@ def test_each_variant_has_the_property_in_its_name() -> None:
     for seed in SEEDS:
         patient = textbook_from_seed(seed)
         shortest, longest = TEXTBOOK["duct_length_m"]
-        assert needed_m("duct") <= variant("short-duct", patient).duct_length_m < shortest
+        assert (
+            needed_m("duct", applier_for(patient.duct_diameter_m))
+            <= variant("short-duct", patient).duct_length_m
+            < shortest
+        )
         assert variant("low-insertion", patient).duct_length_m > longest
         assert variant("wide-duct", patient).duct_diameter_m > TEXTBOOK["duct_diameter_m"][1]
         assert variant("swapped", patient).structure("left") == "artery"
@@ -178,8 +184,8 @@ def test_the_second_artery_can_be_clipped_and_cut_and_then_bleeds(two_arteries: 
     tissue = Tissue([two_arteries])
     tubes = Tubes(tissue, two_arteries)
     middle = 0.5 * tubes.length_m["second artery"]
-    wait = astride(tubes, "second artery", middle + 0.006, beyond_m=0.5 * CLIP_LENGTH_M)
-    clip = latch(tubes, wait, number=1, time_s=0.0)
+    wait = astride(tubes, "second artery", middle + 0.006, beyond_m=0.5 * POLYMER.length_m)
+    clip = latch(tubes, wait, POLYMER, number=1, time_s=0.0)
     assert [c.tube for c in clip.crossings] == ["second artery"]
     T = astride(tubes, "second artery", middle, beyond_m=0.5 * BLADE_LENGTH_M)
     cuts = sever(tubes, T, time_s=0.0)

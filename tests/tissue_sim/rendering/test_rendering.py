@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 from scipy.ndimage import uniform_filter
 
+from tests.tissue_sim.kinds import POLYMER
 from tissue_sim import environment
 from tissue_sim.frames import AWAY, Array, inverse_pose, pose, transform, unit
 from tissue_sim.patient.textbook import textbook_from_seed
@@ -48,7 +49,7 @@ def across(world: World, tube: str, share: float) -> Array:
 
 
 def clip_on(world: World, tube: str, share: float) -> None:
-    clip = latch(world.tubes, across(world, tube, share), number=1, time_s=0.0)
+    clip = latch(world.tubes, across(world, tube, share), POLYMER, number=1, time_s=0.0)
     assert not clip.lost
     world.record = replace(world.record, clips=(*world.record.clips, clip))
 

@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 from controller.kinematics import inverse_kinematics
+from tests.tissue_sim.kinds import POLYMER
 from tests.tissue_sim.treatment import run
 from tests.tissue_sim.verification.bodies import EPS, astride
 from tissue_sim.frames import (
@@ -22,10 +23,11 @@ from tissue_sim.frames import (
     transform,
     unit,
 )
+from tissue_sim.patient.anatomy import Tube
 from tissue_sim.patient.organ import INFUNDIBULUM_M, INFUNDIBULUM_SEGMENTS
 from tissue_sim.patient.textbook import textbook_from_seed
 from tissue_sim.sensing.observation import MAX_CLIPS, SAC_POINTS, TUBE_POINTS, Observation
-from tissue_sim.surgery.clip import CLIP_LENGTH_M, CLIP_WIDTH_M, latch
+from tissue_sim.surgery.clip import latch
 from tissue_sim.surgery.cut import BLADE_LENGTH_M, sever
 from tissue_sim.tools.arms import HOME_JOINTS, LEFT_ARM, RIGHT_ARM, JointCommand
 from tissue_sim.tools.psm import forward_kinematics
@@ -46,12 +48,9 @@ def in_world(world: World, points_endoscope: Array) -> Array:
     return transform(world.T_world_endoscope, points_endoscope)
 
 
-def tube_points(world: World, side: str) -> Array:
+def tube_points(world: World, side: Tube) -> Array:
     """Return the points (8, 3) of the tube that is seen on this side, in the world frame."""
-    observation = world.observe()
-    return in_world(
-        world, {"left": observation.left_tube_m, "right": observation.right_tube_m}[side]
-    )
+    return in_world(world, world.observe().tube_m(side))
 
 
 # --- tubes and sac ---
@@ -108,7 +107,7 @@ def test_points_of_the_sac_go_up_the_axis_of_the_infundibulum(world: World) -> N
 def test_left_and_right_are_as_the_endoscope_sees_them(world: World) -> None:
     observation = world.observe()
     assert (
-        observation.left_tube_m[:, 0].mean() > observation.right_tube_m[:, 0].mean()
+        observation.tube_m("left")[:, 0].mean() > observation.tube_m("right")[:, 0].mean()
     )  # +x is to the left
     assert observation.tips_endoscope[LEFT_ARM, 0, 3] > observation.tips_endoscope[RIGHT_ARM, 0, 3]
 
@@ -117,9 +116,11 @@ def test_left_and_right_are_as_the_endoscope_sees_them(world: World) -> None:
 
 
 def clip(world: World, tube: str, share: float) -> None:
-    T = astride(world.tubes, tube, share * world.tubes.length_m[tube], beyond_m=CLIP_LENGTH_M / 2)
+    T = astride(
+        world.tubes, tube, share * world.tubes.length_m[tube], beyond_m=POLYMER.length_m / 2
+    )
     r = world.record
-    made = latch(world.tubes, T, number=len(r.clips) + 1, time_s=r.time_s)
+    made = latch(world.tubes, T, POLYMER, number=len(r.clips) + 1, time_s=r.time_s)
     world.record = replace(r, clips=(*r.clips, made))
 
 
@@ -147,7 +148,7 @@ def test_clips_are_seen_on_their_tubes_in_order_of_closing(world: World) -> None
     assert observation.n_clips == len(placed)
     for place, (tube, share) in zip(in_world(world, observation.clips_m), placed, strict=False):
         at, _ = world.tubes.point(tube, share * world.tubes.length_m[tube])
-        assert np.linalg.norm(place - at) < 0.5 * CLIP_WIDTH_M
+        assert np.linalg.norm(place - at) < 0.5 * POLYMER.width_m
     assert not observation.clips_m[len(placed) :].any()
 
 
@@ -162,7 +163,7 @@ def test_of_more_clips_than_there_is_room_for_the_last_are_seen(world: World) ->
     assert observation.n_clips == MAX_CLIPS + 2
     depth_m = in_world(world, observation.clips_m) @ AWAY
     assert (np.diff(depth_m) > 0).all()
-    middle = world.arms.T_world_tool()[RIGHT_ARM] @ [0.0, 0.0, -0.5 * CLIP_LENGTH_M, 1.0]
+    middle = world.arms.T_world_tool()[RIGHT_ARM] @ [0.0, 0.0, -0.5 * POLYMER.length_m, 1.0]
     np.testing.assert_allclose(in_world(world, observation.clips_m)[-1], middle[:3], atol=FLOAT32_M)
 
 
@@ -237,9 +238,12 @@ def test_another_place_of_the_endoscope_moves_all_that_is_seen_alike(world: Worl
     moved = pose(exponential(np.array([0.3, -0.5, 0.8])), np.array([0.02, -0.01, 0.03]))
     world.T_world_endoscope = world.T_world_endoscope @ inverse_pose(moved)
     after = world.observe()
-    for name in ("left_tube_m", "right_tube_m", "sac_m"):
+    for name in ("sac_m", "common_bile_duct_m"):
         expected = transform(moved, getattr(before, name))
         np.testing.assert_allclose(getattr(after, name), expected, atol=1e-12)
+    for tube in before.tubes:
+        expected = transform(moved, before.tube_m(tube))
+        np.testing.assert_allclose(after.tube_m(tube), expected, atol=1e-12)
     n = before.n_clips
     np.testing.assert_allclose(after.clips_m[:n], transform(moved, before.clips_m)[:n], atol=1e-12)
     assert not after.clips_m[n:].any()

@@ -1,11 +1,10 @@
 """Tests of what cameras cannot see: walls and instruments before a point hide it."""
 
-from dataclasses import replace
-
 import numpy as np
 import trimesh
 
-from tissue_sim.frames import inverse_pose, pose, transform
+from tests.planner.observations import with_tube
+from tissue_sim.frames import inverse_pose, pose
 from tissue_sim.sensing.observation import N_POINTS
 from tissue_sim.sensing.occlusion import Occlusion
 from tissue_sim.sensing.ray_tests import RayMesh, blocked
@@ -64,9 +63,7 @@ def test_with_the_arms_at_home_both_tubes_are_seen(world: World):
 
 def test_a_point_outside_all_pictures_is_hidden(world: World):
     observation = world.observe()
-    behind = replace(
-        observation, left_tube_m=transform(np.eye(4), observation.left_tube_m) * [1.0, 1.0, -1.0]
-    )
+    behind = with_tube(observation, "left", observation.tube_m("left") * [1.0, 1.0, -1.0])
     assert Occlusion().hidden(world, behind)[:8].all()
 
 

@@ -93,10 +93,12 @@ def straight(chord_share, apart_m=0.02, traction_n=0.0, pinch_n=0.0):
     """Return parts in which two straight tubes are this share of their length at rest long."""
     now = fields(torch.zeros(1, VECTOR_SIZE))
     y = torch.linspace(0.0, 0.02, TUBE_POINTS)
-    for name, x in (("left_tube_m", 0.0), ("right_tube_m", apart_m)):
-        now[name][0] = torch.stack([torch.full_like(y, x), y, torch.full_like(y, 0.09)], dim=1)
+    for k, x in enumerate((0.0, apart_m)):
+        now["tubes_m"][0, k] = torch.stack(
+            [torch.full_like(y, x), y, torch.full_like(y, 0.09)], dim=1
+        )
     now["rest_length_m"][:] = 0.02 / chord_share
-    now["tube_radius_m"][:] = torch.tensor([0.001, 0.0015])
+    now["tube_radius_m"][:] = torch.tensor([0.001, 0.0015, 0.0])
     now["forces_n"][:, LEFT_ARM, 1] = traction_n
     now["pinch_n"][:] = pinch_n
     return now

@@ -7,11 +7,13 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from tests.planner.observations import clipped
+from tests.planner.observations import clipped, with_tube
 from tissue_sim.constants import CONTROL_PERIOD_S
 from tissue_sim.sensing.observation import (
     N_POINTS,
     POINTS,
+    POINTS_BEGIN,
+    POINTS_END,
     TUBE_POINTS,
     VECTOR_SIZE,
     Observation,
@@ -44,7 +46,7 @@ def first_errors_m(model: SensorModel) -> np.ndarray:
 
 
 def points(vectors: np.ndarray) -> np.ndarray:
-    return np.concatenate([fields(vectors)[name] for name in POINTS], axis=-2)
+    return vectors[..., POINTS_BEGIN:POINTS_END].reshape(*vectors.shape[:-1], N_POINTS, 3)
 
 
 def test_without_errors_it_tells_the_exact_state():
@@ -62,7 +64,7 @@ def test_the_same_seed_gives_the_same_errors_and_another_seed_others():
 def test_of_tissue_that_is_at_rest_the_stated_deviation_holds_the_true_place():
     """Check 95 % ellipsoids without errors along the lines, whose ends have a size of their own."""
     errors_m = first_errors_m(replace(SensorModel(), along_m=0.0))
-    there = np.r_[0 : N_POINTS - 6]  # of eight clips two are there
+    there = SEEN.there  # two clips, and no third tube
     std_m = fields(tracked(replace(SensorModel(), along_m=0.0), [STILL])[0])["std_m"]
     inside = (errors_m[:, there] ** 2).sum(axis=-1) / std_m[there] ** 2 < 7.81  # chi2, 3 degrees
     assert 0.90 <= inside.mean() <= 0.98
@@ -79,7 +81,7 @@ def test_neighbours_on_a_line_err_alike_and_other_lines_do_not():
 
 def test_errors_are_larger_far_from_the_right_tip():
     tips = np.tile(np.eye(4), (2, 1, 1))
-    tips[1, :3, 3] = SEEN.left_tube_m[4]
+    tips[1, :3, 3] = SEEN.tube_m("left")[4]
     near = replace(SEEN, tips_endoscope=tips)
     size_m = [
         fields(tracked(SensorModel(), [seen.vector()])[0])["std_m"][4] for seen in (near, SEEN)
@@ -120,7 +122,7 @@ def test_a_hidden_point_moves_with_its_nearest_seen_neighbour_ages_and_grows_unc
     assert (parts["age_s"][-1, :3] > 0.9).all()
     assert (parts["age_s"][-1, 3:8] < 0.2).all()
     assert (np.diff(parts["std_m"][:, 0]) >= -1e-9).all()
-    moved = replace(SEEN, left_tube_m=SEEN.left_tube_m + 0.001 * UP)
+    moved = with_tube(SEEN, "left", SEEN.tube_m("left") + 0.001 * UP)
     exact = replace(NO_ERROR, look_s=CONTROL_PERIOD_S)
     told = tracked(exact, [hidden(SEEN, slice(0, 3)), hidden(moved, slice(0, 3))])
     np.testing.assert_allclose(
@@ -135,7 +137,7 @@ def test_points_drop_out_for_the_stated_share_of_looks():
 
 
 def test_a_cut_is_told_when_it_has_been_seen_for_a_while():
-    cut = replace(SEEN, severed=np.array([True, False])).vector()
+    cut = replace(SEEN, severed=np.array([True, False, False])).vector()
     told = fields(tracked(replace(NO_ERROR, severed_s=0.3), [STILL] * 3 + [cut] * 30))["severed"]
     late_s = (told[:, 0].argmax() - 3) * CONTROL_PERIOD_S
     assert 0.3 <= late_s <= 0.6

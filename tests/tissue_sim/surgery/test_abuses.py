@@ -14,14 +14,16 @@ import pytest
 
 from controller.expert.targets import grasp_pose
 from tests.tissue_sim.hands import before_sac, close, move, poke, put, wait
+from tests.tissue_sim.kinds import POLYMER
 from tests.tissue_sim.verification.bodies import astride
 from tissue_sim.frames import AWAY, LEFT, RIGHT, Array, pose, unit
 from tissue_sim.outcome.predicates import procedure_flags
 from tissue_sim.patient.at_risk import AT_RISK, COMMON_DUCT, HEPATIC_ARTERY
 from tissue_sim.patient.organ import TUBES
 from tissue_sim.patient.textbook import textbook_from_seed
-from tissue_sim.surgery.clip import CLIP_LENGTH_M
+from tissue_sim.surgery.abuses import WALL_M, WALL_PA, fold_pressure_pa
 from tissue_sim.surgery.cut import BLADE_LENGTH_M
+from tissue_sim.thresholds import CRUSH_MAX_N, CRUSHED_M2
 from tissue_sim.tools.arms import LEFT_ARM, RIGHT_ARM
 from tissue_sim.world import World
 
@@ -49,7 +51,7 @@ def across(world: World, tube: str, share: float = 0.4, beyond_m: float = 0.004)
 
 def at_risk(world: World, trunk: str, before_m: float) -> Array:
     """Return `T_world_tool` of jaws astride a trunk beside its branch, or this far before it."""
-    T = across(world, trunk, 0.75, 0.5 * CLIP_LENGTH_M)
+    T = across(world, trunk, 0.75, 0.5 * POLYMER.length_m)
     T[:3, 3] -= before_m * T[:3, 2]
     return T
 
@@ -77,7 +79,7 @@ def use(world: World, T_world_tool: Array, intended: str | None, tool: str) -> N
 
 
 def clip(world: World, tube: str, share: float) -> None:
-    use(world, across(world, tube, share, CLIP_LENGTH_M / 2), tube, "clip_applier")
+    use(world, across(world, tube, share, POLYMER.length_m / 2), tube, "clip_applier")
 
 
 def cut(world: World, tube: str, share: float, intended: str | None = None) -> None:
@@ -109,6 +111,14 @@ def squeeze(world: World, arm: int, tube: str, jaw_rad: float) -> None:
         world.drop_clip()
     put(world, arm, across(world, tube), OPEN_RAD)
     close(world, arm, jaw_rad, steps=15)
+    wait(world, 5)
+
+
+def squeeze_neck(world: World, jaw_rad: float) -> None:
+    """Take the gallbladder's neck between the jaws of the empty applier."""
+    world.drop_clip()
+    put(world, RIGHT_ARM, before_sac(world, 1, 0.006), OPEN_RAD)
+    close(world, RIGHT_ARM, jaw_rad, steps=15)
     wait(world, 5)
 
 
@@ -158,7 +168,7 @@ def push_on_tube(world: World, tube: str, distance_m: float) -> None:
 def clip_both(world: World, gap_m: float) -> None:
     """Close a clip on the duct while the artery lies beside it, with this gap."""
     world.equip("clip_applier")
-    T = across(world, "duct", 0.4, CLIP_LENGTH_M - 0.002)
+    T = across(world, "duct", 0.4, POLYMER.length_m - 0.002)
     put(world, RIGHT_ARM, T, OPEN_RAD)
     points = [world.tubes.point(t, 0.4 * world.tubes.length_m[t])[0] for t in ("duct", "artery")]
     radii_m = world.tubes.radius_m("duct") + world.tubes.radius_m("artery")
@@ -207,6 +217,11 @@ ABUSES = {
         event="crush of duct",
         careless=lambda w: squeeze(w, RIGHT_ARM, "duct", PRESSED_RAD),
         careful=lambda w: squeeze(w, RIGHT_ARM, "duct", 0.12),
+    ),
+    "the empty applier crushes the gallbladder": Abuse(
+        event="crush of gallbladder",
+        careless=lambda w: squeeze_neck(w, PRESSED_RAD),
+        careful=lambda w: squeeze_neck(w, 0.12),
     ),
     "the gallbladder is dragged at 0.3 m/s": Abuse(
         event="stretch of artery",
@@ -322,6 +337,18 @@ ABUSES = {
 }
 
 
+def test_a_folds_pressure_grows_with_the_logarithm_of_its_squeeze() -> None:
+    """Check the limit, too: 500 kPa are reached at a seventh of both walls' thickness."""
+    assert fold_pressure_pa(2.0 * WALL_M) == 0.0
+    assert fold_pressure_pa(4.0 * WALL_M) == 0.0
+    halved = fold_pressure_pa(WALL_M)
+    assert halved == pytest.approx(WALL_PA * np.log(2.0))
+    assert fold_pressure_pa(0.5 * WALL_M) == pytest.approx(2.0 * halved)
+    at_limit_m = 2.0 * WALL_M * np.exp(-CRUSH_MAX_N / CRUSHED_M2 / WALL_PA)
+    assert at_limit_m == pytest.approx(2.0 * WALL_M / 7.0, rel=0.02)
+    assert fold_pressure_pa(at_limit_m) * CRUSHED_M2 == pytest.approx(CRUSH_MAX_N)
+
+
 @pytest.mark.parametrize("abuse", ABUSES.values(), ids=ABUSES)
 def test_an_abuse_fails_the_episode_for_its_reason(world: World, abuse: Abuse) -> None:
     abuse.careless(world)
@@ -341,6 +368,6 @@ def test_the_same_with_care_is_no_injury(world: World, abuse: Abuse) -> None:
 def test_an_applier_that_closes_its_clip_does_not_crush_what_the_clip_holds(world: World) -> None:
     """Take a wide, stiff duct, which presses on the fingers until they let go of the clip."""
     world.reset(replace(textbook_from_seed(SEED), duct_diameter_m=0.0055, stiffness_scale=2.0))
-    use(world, across(world, "duct", 0.5, CLIP_LENGTH_M / 2), "duct", "clip_applier")
+    use(world, across(world, "duct", 0.5, POLYMER.length_m / 2), "duct", "clip_applier")
     assert world.record.clips[-1].on("duct")
     assert world.record.injuries == ()

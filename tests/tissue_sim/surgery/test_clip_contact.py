@@ -8,12 +8,13 @@ import numpy as np
 import pytest
 
 from tests.tissue_sim.hands import close, move, put, wait
+from tests.tissue_sim.kinds import POLYMER
 from tests.tissue_sim.treatment import assert_same, everything
 from tests.tissue_sim.verification.bodies import astride
 from tissue_sim.frames import Array, inverse_pose, pose, transform
 from tissue_sim.patient.textbook import textbook_from_seed
-from tissue_sim.surgery.clip import CLIP_LENGTH_M, Clip, dropped_clip
-from tissue_sim.surgery.clip_bar import BALLS_M, depths
+from tissue_sim.surgery.clip import Clip, dropped_clip
+from tissue_sim.surgery.clip_bar import balls_m, depths
 from tissue_sim.surgery.events import JAWS_OPEN_RAD
 from tissue_sim.surgery.loose_clip import push_aside
 from tissue_sim.tools.arms import LEFT_ARM, RIGHT_ARM, JointCommand
@@ -26,7 +27,7 @@ AWAY_FROM_TUBE_M = 0.02
 def clip_duct(world: World) -> Array:
     """Close the applier around the duct; return its pose."""
     T = astride(
-        world.tubes, "duct", 0.5 * world.tubes.length_m["duct"], beyond_m=0.5 * CLIP_LENGTH_M
+        world.tubes, "duct", 0.5 * world.tubes.length_m["duct"], beyond_m=0.5 * POLYMER.length_m
     )
     put(world, RIGHT_ARM, T, 0.6)
     close(world, RIGHT_ARM, 0.0, intended="duct")
@@ -61,7 +62,7 @@ def test_a_closed_applier_that_comes_back_pushes_the_clip_and_the_tube(world: Wo
     move(world, RIGHT_ARM, -AWAY_FROM_TUBE_M * T[:3, 2], speed_m_s=0.05)
     close(world, RIGHT_ARM, 0.0)
     beside = T.copy()
-    beside[:3, 3] += -0.5 * CLIP_LENGTH_M * T[:3, 2] + 0.007 * T[:3, 1]
+    beside[:3, 3] += -0.5 * POLYMER.length_m * T[:3, 2] + 0.007 * T[:3, 1]
     put(world, RIGHT_ARM, beside, 0.0)
     wait(world, 5)
     clip = world.record.clips[-1]
@@ -77,14 +78,14 @@ def test_a_closed_applier_that_comes_back_pushes_the_clip_and_the_tube(world: Wo
 def lying(world: World) -> Clip:
     """Return a clip that lies in front of the tubes, just where it was put."""
     T = pose(np.eye(3), np.array([0.0, -0.02, 0.02]))
-    clip = replace(dropped_clip(T, number=1, time_s=0.0), fall_m_s=None, in_jaws=False)
+    clip = replace(dropped_clip(T, POLYMER, number=1, time_s=0.0), fall_m_s=None, in_jaws=False)
     world.record = replace(world.record, clips=(clip,))
     return clip
 
 
 def touch_from(world: World, clip: Clip, beside_m: float) -> None:
     """Put the closed grasper across a clip's middle, this far in front of it along y."""
-    middle = transform(clip.T_world_clip, BALLS_M)[2]
+    middle = transform(clip.T_world_clip, balls_m(POLYMER))[2]
     R = world.arms.T_world_tool()[LEFT_ARM][:3, :3]
     T = pose(R, middle + 0.008 * R[:, 2] + [0.0, beside_m, 0.0])
     put(world, LEFT_ARM, T, 0.0)
@@ -94,11 +95,21 @@ def test_an_instrument_pushes_a_lying_clip_aside(world: World) -> None:
     clip = lying(world)
     touch_from(world, clip, 0.0015)
     shapes = world.arms.contact_shapes()
-    assert depths(transform(clip.T_world_clip, BALLS_M), shapes)[0].max() > 0.0
+    assert (
+        depths(transform(clip.T_world_clip, balls_m(POLYMER)), POLYMER.bar_radius_m, shapes)[
+            0
+        ].max()
+        > 0.0
+    )
     (pushed,) = world.record.clips
     assert np.linalg.norm(pushed.T_world_clip[:3, 3] - clip.T_world_clip[:3, 3]) > 3e-4
     aside = push_aside(clip, shapes)
-    assert depths(transform(aside.T_world_clip, BALLS_M), shapes)[0].max() < 1e-5
+    assert (
+        depths(transform(aside.T_world_clip, balls_m(POLYMER)), POLYMER.bar_radius_m, shapes)[
+            0
+        ].max()
+        < 1e-5
+    )
 
 
 def test_a_clip_beside_an_instrument_stays(world: World) -> None:
@@ -123,7 +134,7 @@ def test_a_world_saved_while_a_tool_pushes_a_clip_goes_on_as_before(world: World
     close(world, RIGHT_ARM, 0.7)
     wait(world, 3)
     beside = T.copy()
-    beside[:3, 3] += -0.5 * CLIP_LENGTH_M * T[:3, 2] + 0.002 * T[:3, 1]
+    beside[:3, 3] += -0.5 * POLYMER.length_m * T[:3, 2] + 0.002 * T[:3, 1]
     put(world, RIGHT_ARM, beside, 0.0)
     assert pushes_on_bars(world)
     state, hold = world.state(), JointCommand(joints=world.target)
@@ -144,7 +155,7 @@ def test_a_clip_is_where_its_jaws_closed_not_where_the_meshs_rings_are(
 ) -> None:
     """Rings are 1.5 mm apart; the judge measures gaps between the planes of the jaws."""
     station_m = share * world.tubes.length_m["duct"]
-    T = astride(world.tubes, "duct", station_m, beyond_m=0.5 * CLIP_LENGTH_M)
+    T = astride(world.tubes, "duct", station_m, beyond_m=0.5 * POLYMER.length_m)
     put(world, RIGHT_ARM, T, 0.6)
     while not world.record.clips:
         close(world, RIGHT_ARM, 0.0, intended="duct", steps=1)

@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 
+from tests.tissue_sim.kinds import POLYMER
 from tests.tissue_sim.patients import (
     HALF_SECOND,
     clip_at,
@@ -20,7 +21,7 @@ from tissue_sim.patient.mesher import signed_volumes
 from tissue_sim.patient.organ import TUBES
 from tissue_sim.patient.textbook import textbook_from_seed
 from tissue_sim.patient.tubes import Tubes
-from tissue_sim.surgery.clip import CLIP_WIDTH_M, closure, detach, grip_n
+from tissue_sim.surgery.clip import closure, detach, grip_n
 from tissue_sim.surgery.cut import Cut
 from tissue_sim.surgery.flow import FlowSegment, outflow_m3_s
 from tissue_sim.surgery.leak import FLUIDS, PRESSURE_PA, SIDES, leaks
@@ -227,7 +228,7 @@ def rate_of(tubes: Tubes, cut: Cut, side: str, *squeezed: float) -> float:
     lumen = tubes.rest_lumen_m2(cut.tube)[cut.ring]
     length = cut.station_m if side == "body" else tubes.length_m[cut.tube] - cut.station_m
     way = [FlowSegment(length_m=length, area_m2=lumen)]
-    way += [FlowSegment(length_m=CLIP_WIDTH_M, area_m2=share * lumen) for share in squeezed]
+    way += [FlowSegment(length_m=POLYMER.width_m, area_m2=share * lumen) for share in squeezed]
     return outflow_m3_s(FLUIDS[cut.tube], PRESSURE_PA[cut.tube, side], way)
 
 

@@ -5,6 +5,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from tests.tissue_sim.kinds import POLYMER
 from tests.tissue_sim.patients import (
     HALF_SECOND,
     clip_at,
@@ -18,16 +19,7 @@ from tissue_sim.constants import CONTROL_PERIOD_S
 from tissue_sim.frames import Array, axis_angle, inverse_pose, pose, rigid_fit, transform
 from tissue_sim.patient.organ import REGIONS, RING_SPACING_M, TUBES
 from tissue_sim.patient.tubes import Tubes
-from tissue_sim.surgery.clip import (
-    CLIP_WIDTH_M,
-    LOCK_STRENGTH_N,
-    Clip,
-    T_world_clip,
-    closure,
-    detach,
-    grip_n,
-    holding_forces_n,
-)
+from tissue_sim.surgery.clip import Clip, T_world_clip, closure, detach, grip_n, holding_forces_n
 from tissue_sim.surgery.clip_slip import SLIP_SPEED_M_S, Pull, apply_pull, slide, update_after_cut
 from tissue_sim.thresholds import CUFF_MIN_M, LUMEN_CLOSED, TEST_PULL_N
 
@@ -55,7 +47,7 @@ def clipped(tube: str, **how: float) -> tuple[Tubes, Clip]:
 def clipped_and_cut(tube: str, cuff_m: float, **how: float) -> tuple[Tubes, Clip]:
     """Latch a clip and cut the tube above it, with this cuff between them."""
     tubes, clip = clipped(tube, **how)
-    cut_at(tubes, tube, clip.crossings[0].station_m + 0.5 * CLIP_WIDTH_M + cuff_m)
+    cut_at(tubes, tube, clip.crossings[0].station_m + 0.5 * POLYMER.width_m + cuff_m)
     assert tubes.in_two_parts(tube)
     run(tubes)
     return tubes, clip
@@ -128,7 +120,7 @@ def test_the_hold_decreases_as_the_clip_nears_the_cut_end(tube: str) -> None:
     np.testing.assert_allclose(
         by_cuff[0], by_cuff[1], rtol=0.02
     )  # the length of a sufficient cuff does not matter
-    assert by_cuff[0, 1] == LOCK_STRENGTH_N
+    assert by_cuff[0, 1] == POLYMER.lock_strength_n
     assert np.all(np.diff(by_cuff[1:, 0]) < 0.0)
     assert by_cuff[-1, 0] < 0.5 * by_cuff[0, 0]
     assert np.all(np.diff(by_cuff[2:, 1]) < 0.0)
@@ -209,7 +201,7 @@ def test_a_pull_along_beyond_the_hold_slides_the_clip_with_its_squeeze(
 def test_a_pull_of_twice_the_hold_draws_a_clip_over_the_end(tube: str, above: bool) -> None:
     tubes, clip = clipped(tube)
     side = 1.0 if above else -1.0
-    end = clip.crossings[0].station_m - side * (0.5 * CLIP_WIDTH_M + CUFF_MIN_M)
+    end = clip.crossings[0].station_m - side * (0.5 * POLYMER.width_m + CUFF_MIN_M)
     cut_at(tubes, tube, end)
     pull = pull_of(tubes, clip, -side * 2.0 * holds(tubes, clip)[0])
     path_m, steps = abs(end - clip.crossings[0].station_m), 0
@@ -291,7 +283,7 @@ def test_a_clip_closes_at_the_pose_of_the_jaws(tube: str) -> None:
 
 def test_a_cut_under_a_clips_edge_leaves_it_on_its_own_stump(tube: str) -> None:
     tubes, clip = clipped(tube)
-    (cut,) = cut_at(tubes, tube, clip.crossings[0].station_m - 0.5 * CLIP_WIDTH_M)
+    (cut,) = cut_at(tubes, tube, clip.crossings[0].station_m - 0.5 * POLYMER.width_m)
     assert cut.ring in clip.rings[0]
     clip = update_after_cut(tubes, clip)
     lower, upper = (set(table[tube][cut.ring].tolist()) for table in (tubes.below, tubes.above))

@@ -3,13 +3,14 @@
 import numpy as np
 import pytest
 
+from tests.tissue_sim.kinds import POLYMER
 from tests.tissue_sim.patients import run, settled
 from tests.tissue_sim.verification.bodies import astride
 from tissue_sim.frames import axis_angle
 from tissue_sim.patient.at_risk import COMMON_DUCT
 from tissue_sim.patient.organ import PARTS
 from tissue_sim.patient.tubes import Tubes
-from tissue_sim.surgery.clip import CLIP_LENGTH_M, Clip, latch
+from tissue_sim.surgery.clip import Clip, latch
 
 SEED = 5  # held by all of its vertices, or by all outer ones, the duct's root folds in this patient
 
@@ -19,11 +20,11 @@ def clip_on_root(tubes: Tubes, roll_rad: float) -> Clip:
     root = tubes.centres("duct")[0]
     ring = int(np.argmin(np.linalg.norm(tubes.centres(COMMON_DUCT) - root, axis=1)))
     station = tubes.stations_m[COMMON_DUCT][ring]
-    T = astride(tubes, COMMON_DUCT, station, beyond_m=CLIP_LENGTH_M / 2)
+    T = astride(tubes, COMMON_DUCT, station, beyond_m=POLYMER.length_m / 2)
     middle, _ = tubes.point(COMMON_DUCT, station)
     roll = axis_angle(T[:3, 0], roll_rad)
     T[:3] = np.column_stack([roll @ T[:3, :3], middle + roll @ (T[:3, 3] - middle)])
-    return latch(tubes, T, number=1, time_s=0.0)
+    return latch(tubes, T, POLYMER, number=1, time_s=0.0)
 
 
 @pytest.mark.parametrize("roll_rad", [-0.5, -0.35, 0.35, 0.5])

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from tests.tissue_sim.bodies import rod
+from tests.tissue_sim.kinds import POLYMER
 from tests.tissue_sim.patients import lumen_shares
 from tests.tissue_sim.verification.bodies import astride, organ_of, put, tissue_of
 from tests.tissue_sim.verification.stretch import stretches
@@ -24,7 +25,7 @@ from tissue_sim.patient.walls import (
     wall_pieces,
 )
 from tissue_sim.rendering.skin import CUT_LUMEN, build_skin
-from tissue_sim.surgery.clip import CLIP_LENGTH_M, latch
+from tissue_sim.surgery.clip import latch
 from tissue_sim.surgery.cut import BLADE_LENGTH_M, sever
 from tissue_sim.surgery.flow import BILE, FlowSegment, outflow_m3_s
 from tissue_sim.surgery.grasp import Grasp
@@ -207,8 +208,8 @@ def _originals(tubes: Tubes) -> np.ndarray:
 
 def test_a_clips_squeeze_is_not_a_pull_and_the_tube_tears_beside_it(world: World) -> None:
     tubes = world.tubes
-    T = astride(tubes, "duct", 0.5 * tubes.length_m["duct"], beyond_m=CLIP_LENGTH_M / 2)
-    clip = latch(tubes, T, number=1, time_s=0.0)
+    T = astride(tubes, "duct", 0.5 * tubes.length_m["duct"], beyond_m=POLYMER.length_m / 2)
+    clip = latch(tubes, T, POLYMER, number=1, time_s=0.0)
     for _ in range(30):
         tubes.tissue.step()
     tubes.tissue.load_walls()
@@ -273,8 +274,8 @@ def test_a_tear_is_not_a_cut(world: World) -> None:
     length = tubes.length_m["duct"]
     clips = []
     for station in (0.003, 0.0072, length - 0.0045):
-        T = astride(tubes, "duct", station, beyond_m=CLIP_LENGTH_M / 2)
-        clips.append(latch(tubes, T, number=len(clips) + 1, time_s=0.0))
+        T = astride(tubes, "duct", station, beyond_m=POLYMER.length_m / 2)
+        clips.append(latch(tubes, T, POLYMER, number=len(clips) + 1, time_s=0.0))
         for _ in range(30):
             tubes.tissue.step()
     world.record = replace(world.record, clips=tuple(clips))

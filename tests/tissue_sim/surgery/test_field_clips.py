@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from controller.kinematics import inverse_kinematics
+from tests.tissue_sim.kinds import POLYMER
 from tests.tissue_sim.patients import retention_n
 from tests.tissue_sim.verification.bodies import astride
 from tissue_sim.frames import AWAY, Array, inverse_pose
@@ -15,7 +16,7 @@ from tissue_sim.outcome.retention import CLAMP_RINGS, pull_all_clips
 from tissue_sim.patient.at_risk import HEPATIC_ARTERY
 from tissue_sim.patient.organ import TUBES
 from tissue_sim.patient.textbook import textbook_from_seed
-from tissue_sim.surgery.clip import CLIP_LENGTH_M, CLIP_WIDTH_M, Clip, latch
+from tissue_sim.surgery.clip import Clip, latch
 from tissue_sim.surgery.cut import BLADE_LENGTH_M, sever
 from tissue_sim.surgery.leak import leaks
 from tissue_sim.surgery.loose_clip import GRAVITY_M_S2, PERITONEUM_AWAY_M
@@ -48,7 +49,7 @@ def close_applier(world: World, T_world_tool: Array, intended: str | None = None
     return world.record.clips[-1]
 
 
-def on_tube(world: World, tube: str, beyond_m: float = 0.5 * CLIP_LENGTH_M) -> Array:
+def on_tube(world: World, tube: str, beyond_m: float = 0.5 * POLYMER.length_m) -> Array:
     return astride(world.tubes, tube, 0.4 * world.tubes.length_m[tube], beyond_m=beyond_m)
 
 
@@ -85,14 +86,14 @@ def test_the_tube_between_the_jaws_is_intended_although_the_other_is_nearer_to_t
     bring_artery_to_duct(world, 0.004, T[:3, 2])
     distance = {t: np.linalg.norm(world.tubes.centres(t) - T[:3, 3], axis=1).min() for t in TUBES}
     assert distance["artery"] < distance["duct"]  # distances from the tip
-    assert world.tubes.nearest(T, CLIP_LENGTH_M) == "duct"
+    assert world.tubes.nearest(T, POLYMER.length_m) == "duct"
 
 
 @pytest.mark.parametrize("intended", TUBES)
 def test_one_clip_across_both_tubes_is_an_injury_and_counts_for_neither(
     world: World, intended: str
 ) -> None:
-    T = on_tube(world, "duct", beyond_m=CLIP_LENGTH_M - 0.002)
+    T = on_tube(world, "duct", beyond_m=POLYMER.length_m - 0.002)
     put_right_tool(world, T, 0.6)
     bring_artery_to_duct(world, -0.0002, T[:3, 2])  # pressed together; a gap lets one slip out
     put_right_tool(world, T, 0.0, intended)
@@ -107,14 +108,14 @@ def test_one_clip_across_both_tubes_is_an_injury_and_counts_for_neither(
 
 def clipped_and_cut(world: World, cuff_m: float) -> None:
     """Clip the duct and cut it above the clip, at this distance from it."""
-    clip = latch(world.tubes, on_tube(world, "duct"), number=1, time_s=0.0)
+    clip = latch(world.tubes, on_tube(world, "duct"), POLYMER, number=1, time_s=0.0)
     station = clip.crossings[0].station_m
-    high = astride(world.tubes, "duct", station + 0.008, beyond_m=0.5 * CLIP_LENGTH_M)
-    above = latch(world.tubes, high, number=2, time_s=0.0)
+    high = astride(world.tubes, "duct", station + 0.008, beyond_m=0.5 * POLYMER.length_m)
+    above = latch(world.tubes, high, POLYMER, number=2, time_s=0.0)
     world.record = replace(world.record, clips=(clip, above))
     for _ in range(15):
         world.step(HOME)
-    end = station + 0.5 * CLIP_WIDTH_M + cuff_m
+    end = station + 0.5 * POLYMER.width_m + cuff_m
     cuts = sever(
         world.tubes, astride(world.tubes, "duct", end, beyond_m=BLADE_LENGTH_M / 2), time_s=0.0
     )
@@ -124,8 +125,8 @@ def clipped_and_cut(world: World, cuff_m: float) -> None:
 
 def test_after_a_cut_under_a_clips_edge_the_clip_is_on_its_own_stump(world: World) -> None:
     at = world.tubes.stations_m["duct"][7]
-    T = astride(world.tubes, "duct", at + 0.0008, beyond_m=0.5 * CLIP_LENGTH_M)
-    clip = latch(world.tubes, T, number=1, time_s=0.0)
+    T = astride(world.tubes, "duct", at + 0.0008, beyond_m=0.5 * POLYMER.length_m)
+    clip = latch(world.tubes, T, POLYMER, number=1, time_s=0.0)
     assert 7 in clip.rings[0]
     world.record = replace(world.record, clips=(clip,))
     for _ in range(10):
@@ -278,7 +279,7 @@ def test_of_several_crossings_the_one_nearest_to_the_jaws_middle_counts(world: W
         at = np.array([np.interp(near, list(d), list(d.values())) for d in (places, y_mm)] + [-4.0])
         target = T[:3, :3] @ (1e-3 * at) + T[:3, 3]
         x[rings[r]] += (target - x[rings[r, 0]]).astype(np.float32)
-    crossing = tubes.crossing("duct", T, CLIP_LENGTH_M)
+    crossing = tubes.crossing("duct", T, POLYMER.length_m)
     assert crossing is not None
     assert crossing.ring in (4, 5)  # y = 1.1 mm there; 3 mm and -1.4 mm at the others
     assert crossing.point_m[0] == pytest.approx(0.0, abs=1e-6)
@@ -286,7 +287,7 @@ def test_of_several_crossings_the_one_nearest_to_the_jaws_middle_counts(world: W
 
 
 def test_a_tube_beside_the_closing_jaws_is_not_in_the_clip(world: World) -> None:
-    T = on_tube(world, "duct", beyond_m=CLIP_LENGTH_M - 0.002)
+    T = on_tube(world, "duct", beyond_m=POLYMER.length_m - 0.002)
     put_right_tool(world, T, 0.3)
     put_right_tool(world, T, 0.2)
     radii_m = sum(world.tubes.radius_m(tube) for tube in TUBES)

@@ -6,12 +6,13 @@ import numpy as np
 import pytest
 
 from tests.tissue_sim.hands import poke
+from tests.tissue_sim.kinds import POLYMER
 from tests.tissue_sim.verification.bodies import astride
 from tissue_sim.frames import Array, unit
 from tissue_sim.patient.at_risk import BRANCHES, COMMON_DUCT
 from tissue_sim.patient.material import WALL_THICKNESS_M
 from tissue_sim.patient.walls import n_sectors, patch_corners
-from tissue_sim.surgery.clip import CLIP_LENGTH_M, latch
+from tissue_sim.surgery.clip import latch
 from tissue_sim.surgery.flow import FlowSegment, outflow_m3_s
 from tissue_sim.surgery.leak import FLUIDS, PRESSURE_PA, Leak, root_leaks
 from tissue_sim.thresholds import PIERCED_M
@@ -74,9 +75,9 @@ def test_a_root_that_is_half_torn_leaks_less(world: World) -> None:
 
 def test_a_clip_on_a_torn_branch_closes_the_branch_and_not_the_hole(world: World) -> None:
     T = astride(
-        world.tubes, "duct", 0.5 * world.tubes.length_m["duct"], beyond_m=0.5 * CLIP_LENGTH_M
+        world.tubes, "duct", 0.5 * world.tubes.length_m["duct"], beyond_m=0.5 * POLYMER.length_m
     )
-    clip = latch(world.tubes, T, number=1, time_s=0.0)
+    clip = latch(world.tubes, T, POLYMER, number=1, time_s=0.0)
     for _ in range(30):
         world.tissue.step()
     tear_off(world, COMMON_DUCT)

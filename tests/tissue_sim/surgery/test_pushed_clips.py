@@ -7,10 +7,11 @@ from dataclasses import replace
 import numpy as np
 
 from tests.tissue_sim.hands import close, move, put, wait
+from tests.tissue_sim.kinds import POLYMER
 from tests.tissue_sim.verification.bodies import astride
 from tissue_sim.frames import Array
 from tissue_sim.outcome.predicates import stumps_hold
-from tissue_sim.surgery.clip import CLIP_LENGTH_M, holding_forces_n
+from tissue_sim.surgery.clip import holding_forces_n
 from tissue_sim.surgery.clip_bar import pushes_n
 from tissue_sim.tools.arms import RIGHT_ARM
 from tissue_sim.world import World
@@ -25,7 +26,7 @@ def clipped(world: World, *, complete: bool) -> Array:
         the applier's pose when it closed.
     """
     T = astride(
-        world.tubes, "duct", 0.5 * world.tubes.length_m["duct"], beyond_m=0.5 * CLIP_LENGTH_M
+        world.tubes, "duct", 0.5 * world.tubes.length_m["duct"], beyond_m=0.5 * POLYMER.length_m
     )
     put(world, RIGHT_ARM, T, 0.6)
     close(world, RIGHT_ARM, 0.0, intended="duct")
@@ -35,7 +36,7 @@ def clipped(world: World, *, complete: bool) -> Array:
     clip = replace(clip, complete=(complete,))
     world.record = replace(world.record, clips=(clip,))
     beside = T.copy()
-    beside[:3, 3] += -0.6 * CLIP_LENGTH_M * T[:3, 2] + 0.006 * T[:3, 0]
+    beside[:3, 3] += -0.6 * POLYMER.length_m * T[:3, 2] + 0.006 * T[:3, 0]
     put(world, RIGHT_ARM, beside, 0.0)
     wait(world, 3)
     return T

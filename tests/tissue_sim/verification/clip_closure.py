@@ -7,6 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from tests.tissue_sim.kinds import POLYMER
 from tests.tissue_sim.verification.bodies import astride, box, face_share, overdamped, settle
 from tissue_sim.frames import Array
 from tissue_sim.mechanics.tissue import Tissue
@@ -15,7 +16,6 @@ from tissue_sim.patient.material import Material
 from tissue_sim.patient.organ import build_organ
 from tissue_sim.patient.tubes import Tubes
 from tissue_sim.surgery.clip import closure, grip_n, latch
-from tissue_sim.tools.instruments import CLIP_LENGTH_M
 
 BLOCK_M = (0.003, 0.003, 0.002)
 SOFT = Material(young_pa=50e3, poisson=0.0)
@@ -88,8 +88,8 @@ def clip_closure(anatomy: Anatomy, tube: str, squeeze: Sequence[float]) -> Closu
 def _latch_and_settle(tubes: Tubes, tube: str, share: float) -> tuple[float, float]:
     """Return lumen and grip under a clip with a share of the normal stiffness."""
     middle = 0.5 * tubes.length_m[tube]
-    T_world_tool = astride(tubes, tube, middle, beyond_m=CLIP_LENGTH_M / 2)
-    clip = latch(tubes, T_world_tool, number=1, time_s=0.0)
+    T_world_tool = astride(tubes, tube, middle, beyond_m=POLYMER.length_m / 2)
+    clip = latch(tubes, T_world_tool, POLYMER, number=1, time_s=0.0)
     tubes.tissue.host("link_stiffness")[0, list(clip.links)] *= share
     for _ in range(SQUEEZE_STEPS):
         tubes.tissue.step()

@@ -10,8 +10,9 @@ from controller.diffusion.scene.task_place import ABOVE_LOWEST_M, BESIDE_M, WITH
 from planner.procedure.cholecystectomy import task_from_text
 from tests.controller.diffusion.on_tube import RULE_M, seen
 from tests.controller.diffusion.rules.ruled import STEPS, apply, still
+from tests.tissue_sim.kinds import SLIM_APPLIER
 from tissue_sim.frames import Array
-from tissue_sim.outcome.clip_rule import CUT_ROOM_M
+from tissue_sim.outcome.clip_rule import cut_room_m
 from tissue_sim.sensing.observation import fields
 from tissue_sim.tools.arms import RIGHT_ARM
 
@@ -69,13 +70,13 @@ def test_only_the_right_arm_moves_along_the_tube_little_by_little() -> None:
 
 
 @pytest.mark.parametrize(
-    ("above_m", "moved_m"), [(0.0, ABOVE_LOWEST_M), (8e-4, 0.0), (0.002, None)]
+    ("above_m", "moved_m"), [(0.0, ABOVE_LOWEST_M), (8e-4, 0.0), (0.0045, None)]
 )
 def test_an_upper_clip_may_go_lower_as_far_as_the_cut_has_room(
     above_m: float, moved_m: float | None
 ) -> None:
     low_m = RULE_M[1] - 0.001
-    lowest_m = low_m + CUT_ROOM_M
+    lowest_m = low_m + cut_room_m(SLIM_APPLIER)
     rows = apply(
         centre_on_place, chunk(), seen(lowest_m + above_m, 0.004, low_m), task_from_text(THIRD)
     )

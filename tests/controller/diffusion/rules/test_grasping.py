@@ -35,8 +35,8 @@ def seen(
 ) -> Array:
     """Return what is seen: tubes as straight as said, which point up (+y), and a grasp."""
     now = writable(clipped())
-    now.left_tube_m[:, 1] *= left
-    now.right_tube_m[:, 1] *= right
+    now.tube_m("left")[:, 1] *= left
+    now.tube_m("right")[:, 1] *= right
     now.forces_n[LEFT_ARM, 1] = pull_n
     now.joints[LEFT_ARM, -1] = jaw_rad
     return type(now)(**{**vars(now), "pinch_n": pinch_n}).vector()

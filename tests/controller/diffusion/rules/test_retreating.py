@@ -13,11 +13,11 @@ from planner.procedure.cholecystectomy import GRAB, task_from_text
 from planner.procedure.task import Task
 from tests.controller.diffusion.on_tube import RULE_M, seen
 from tests.controller.diffusion.rules.ruled import STEPS, arm_after, still
+from tests.tissue_sim.kinds import POLYMER
 from tissue_sim.frames import Array
 from tissue_sim.sensing.observation import fields
 from tissue_sim.thresholds import RETRACTED_M
 from tissue_sim.tools.arms import RIGHT_ARM
-from tissue_sim.tools.instruments import CLIP_LENGTH_M
 
 OPEN_RAD = 0.35
 TURNED = np.array([0.0, 1.0, 0.0, -1.0, 0.0, 0.0])
@@ -63,7 +63,7 @@ def test_jaws_that_would_stay_are_drawn_out_straight(task: Task, back_m: float) 
     ("vector", "task", "asked"),
     [
         (upon_tube(), BACK, chunk(1.1 * LINGERS_M)),
-        (upon_tube(back_m=RETRACTED_M + CLIP_LENGTH_M), BACK, chunk()),
+        (upon_tube(back_m=RETRACTED_M + POLYMER.length_m), BACK, chunk()),
         (upon_tube(jaw_rad=0.9 * BEGUN_RAD), BACK, chunk()),
         (upon_tube(), BACK, chunk(jaw_rad=0.9 * BEGUN_RAD)),
         (upon_tube(), CLIP, chunk()),
