@@ -7,13 +7,14 @@ from __future__ import annotations
 
 import re
 from collections import Counter
-from collections.abc import Callable, Container, Iterator, Sequence
+from collections.abc import Callable, Container, Iterator, Mapping, Sequence
 from dataclasses import replace
 from typing import Any
 
 from rich.table import Table
 
 from scenarios.files.outside_text import table_of
+from tissue_sim.outcome.clip_rule import FEWEST_CLIPS, needed_m
 from tissue_sim.outcome.room import why_call
 from tissue_sim.patient.anatomy import Anatomy
 from tissue_sim.patient.population import SECOND_ARTERY_SHARE
@@ -27,9 +28,11 @@ from tissue_sim.patient.published import (
     pooled,
 )
 from tissue_sim.patient.reported_shares import SECOND_REVIEWS, SECOND_SERIES
+from tissue_sim.tools.instruments import Instrument, applier_for, appliers, clip_of
 
 LENGTHS: dict[str, tuple[Study, ...]] = {"duct": DUCT_LENGTHS, "artery": ARTERY_LENGTHS}
 SHIFTS_M = (-0.002, -0.001, 0.001, 0.002)  # how much longer all tubes are than drawn
+FACTORS = (1.25, 0.8)  # on widths of clips and jaws
 
 
 def operable_share(patients: Sequence[Anatomy]) -> float:
@@ -66,6 +69,7 @@ def sensitivity_table(patients: Sequence[Anatomy]) -> Table:
         *_single_studies(patients),
         *_second_shares(patients),
         *_shifts(patients),
+        *_assumed_widths(patients),
     ]
     shown = [(what, source, _percent(share)) for what, source, share in rows]
     return table_of("What the operable share rests on", ("changed", "to"), ("operable",), shown)
@@ -130,7 +134,39 @@ def _shifts(patients: Sequence[Anatomy]) -> Iterator[tuple[str, str, float]]:
     for by_m in SHIFTS_M:
         share = operable_share([changed(p, longer(by_m)) for p in patients])
         need = f"{abs(by_m) / MM:.0f} mm {'less' if by_m > 0 else 'more'}"
-        yield "room that a tube needs (assumed clips and jaws)", need, share
+        yield "room that a tube needs", need, share
+
+
+def fits(patient: Anatomy, tools: Mapping[str, Instrument]) -> bool:
+    """Return whether each tube has room for its clips, with these tools for those of that name."""
+    sizes = {"duct": (patient.duct_length_m, patient.duct_diameter_m)}
+    sizes |= {name: (a.length_m, a.diameter_m) for name, a in patient.arteries.items()}
+    return all(
+        length_m >= needed_m(tube, tools[applier_for(diameter_m).name], FEWEST_CLIPS)
+        for tube, (length_m, diameter_m) in sizes.items()
+    )
+
+
+def with_widths(tool: Instrument, clip: float = 1.0, jaws: float = 1.0) -> Instrument:
+    """Return an applier whose clip and whose jaws are wider by factors."""
+    return replace(
+        tool,
+        clip=replace(clip_of(tool), width_m=clip * clip_of(tool).width_m),
+        finger_half_width_m=jaws * tool.finger_half_width_m,
+        finger_half_thickness_m=jaws * tool.finger_half_thickness_m,
+    )
+
+
+def _assumed_widths(patients: Sequence[Anatomy]) -> Iterator[tuple[str, str, float]]:
+    """Change the width of each applier's clip and jaws; both are assumed."""
+    tools = {tool.name: tool for tool in appliers()}
+    for name, tool in tools.items():
+        for part, width_m in (("clip", clip_of(tool).width_m), ("jaws", 2.0 * tool.half_jaw_m)):
+            for factor in FACTORS:
+                other = tools | {name: with_widths(tool, **{part: factor})}
+                share = sum(fits(patient, other) for patient in patients) / len(patients)
+                to = f"{factor * width_m / MM:.1f} mm, not {width_m / MM:.1f}"
+                yield f"{tool.in_words}: width of its {part} (assumed)", to, share
 
 
 def _mixed(first: float, second: float, share: float) -> float:

@@ -151,9 +151,9 @@ DUCT_WIDTHS: tuple[Study, ...] = (
     ),
 )  # fmt: skip
 
-# No study has arteries below 1 mm; such an artery tears at less than the test pull of 1 N. No law
-# from 1 mm on with these means can have the deviations that Tejaswi's ratio to the mean (0.2 mm) or
-# the range (0.8 mm) would give: Marniok 0.12 mm, Dandekar 0.5 mm.
+# No study has arteries below 1 mm, and such an artery tears at less than the test pull of 1 N. No
+# law from 1 mm on with these means can have the deviations that Tejaswi's ratio to the mean (0.2
+# mm) or the range (0.8 mm) would give: Marniok 0.12 mm, Dandekar 0.5 mm.
 ARTERY_WIDTHS: tuple[Study, ...] = (
     Study(
         name="Marniok 1999", measured="specimens", n=80, mean=1.17 * MM, sd=0.12 * MM,

@@ -12,16 +12,19 @@ from matplotlib.figure import Figure
 from scenarios.bench.operable import (
     LENGTHS,
     changed,
+    fits,
     longer,
     of_same_rank,
     operable_share,
     reasons,
     reasons_table,
     sensitivity_table,
+    with_widths,
 )
 from scenarios.bench.population import SHARES, drawn, population_table, studies_table
 from scenarios.bench.population_plot import draw_size
 from scenarios.cli import main
+from tissue_sim.outcome.clip_rule import FEWEST_CLIPS, needed_m
 from tissue_sim.outcome.room import why_call
 from tissue_sim.patient.anatomy import anatomy_from_seed
 from tissue_sim.patient.population import LAWS
@@ -33,6 +36,7 @@ from tissue_sim.patient.published import (
     pooled_moments,
 )
 from tissue_sim.patient.reported_shares import SECOND_REVIEWS, SECOND_SERIES
+from tissue_sim.tools.instruments import appliers
 
 PLOT = Path(__file__).parents[3] / "docs/anatomy.png"
 BESIDE = 0.02  # a fitted law need not meet a share that it was not fitted to exactly
@@ -142,6 +146,40 @@ def test_the_sensitivity_has_a_row_for_each_source_and_grows_with_the_room(patie
     room = [percent(found[k]) for k, row in enumerate(what) if row.startswith("room")]
     assert room == sorted(room)
     assert room[0] < percent(found[0]) < room[-1]
+    for part in ("clip", "jaws"):
+        for tool in appliers():
+            rows = [
+                k
+                for k, row in enumerate(what)
+                if row.startswith(f"{tool.in_words}: width of its {part}")
+            ]
+            wide, slim = (percent(found[k]) for k in rows)
+            assert wide <= percent(found[0]) + 5e-4
+            assert wide <= slim
+
+
+def test_wider_clips_and_jaws_need_more_room_and_unchanged_ones_give_the_rule(patients):
+    """Compare with lengths on either side of what wider jaws need; the clip counts likewise."""
+    tools = {tool.name: tool for tool in appliers()}
+    for patient in patients[:300]:
+        assert fits(patient, tools) == (why_call(patient) is None)
+    slim = with_widths(appliers()[0], jaws=1.25)
+    wider_m = needed_m("artery", slim, FEWEST_CLIPS) - needed_m(
+        "artery", appliers()[0], FEWEST_CLIPS
+    )
+    assert wider_m == pytest.approx(2 * 0.25 * appliers()[0].half_jaw_m)
+    roomy = replace(
+        patients[0],
+        duct_length_m=0.03,
+        artery_length_m=0.03,
+        second_artery=None,
+        artery_diameter_m=0.0015,
+    )
+    least_m = needed_m("artery", slim, FEWEST_CLIPS)
+    wide = tools | {slim.name: slim}
+    assert fits(replace(roomy, artery_length_m=least_m + 1e-6), wide)
+    assert not fits(replace(roomy, artery_length_m=least_m - 1e-6), wide)
+    assert fits(replace(roomy, artery_length_m=least_m - 1e-6), tools)
 
 
 def test_patients_are_those_of_the_seeds(patients):
