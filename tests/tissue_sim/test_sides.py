@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 import warp as wp
 
-from tissue_sim.frames import RIGHT, UP, axis_angle, pose, transform
+from tissue_sim.frames import RIGHT, UP, axis_angle, pose, transform, unit
 from tissue_sim.mechanics.arrays import TissueArrays, ToolShapes
 from tissue_sim.mechanics.layout import NECK_RINGS
 from tissue_sim.mechanics.sides import agree_on_sides
@@ -117,6 +117,28 @@ def test_the_neck_votes_as_the_upper_end_of_the_duct(tubes: Tubes) -> None:
     touch(tubes, body[:3], 1.0)
     touch(tubes, body[3:], -1.0)
     assert (vote(tubes)[1][body[:3]] == 1.0).all()
+
+
+def test_a_branch_is_on_the_side_of_its_joint(tubes: Tubes) -> None:
+    """Put a finger's pad below the duct's joint to its trunk: all of the duct is above the pad."""
+    organ, x = tubes.organ, tubes.tissue.positions().astype(float)
+    rings = tubes.below["duct"]
+    tied = np.intersect1d(outer(rings[:1]), organ.tie_vertex)
+    assert len(tied) > 2
+    u, w = unit(x[tied[1]] - x[tied[0]]), unit(x[rings[1, 0]] - x[rings[0, 0]])
+    up = np.cross(u, w)
+    middle = x[tied].mean(axis=0) - 0.004 * up
+    shapes = tubes.tissue.shapes
+    for array, value in ((shapes.a, middle - 0.02 * u), (shapes.b, middle + 0.02 * u)):
+        array.numpy()[0, OTHER] = value
+    shapes.half_width.numpy()[0, OTHER] = 0.01 * w  # +1, between the jaws, is above this pad
+    touch(tubes, np.setdiff1d(outer(rings[:3]), tied), -1.0, OTHER)
+    _, side = vote(tubes)
+    assert (side[np.setdiff1d(outer(rings[:3]), tied)] == 1.0).all()
+    shapes.half_width.numpy()[0, OTHER] *= -1.0  # now the joint is outside
+    touch(tubes, np.setdiff1d(outer(rings[:3]), tied), 1.0, OTHER)
+    _, side = vote(tubes)
+    assert (side[np.setdiff1d(outer(rings[:3]), tied)] == -1.0).all()
 
 
 def test_each_stump_has_its_own_side_and_the_upper_stumps_end_votes(tubes: Tubes) -> None:

@@ -98,6 +98,7 @@ class TissueArrays:
     # around each; and which rings of the tubes can touch it
     n_skin: wp.array(dtype=int)
     skin: wp.array2d(dtype=wp.vec3i)
+    skin_tet: wp.array2d(dtype=int)  # the element behind each triangle
     n_skin_near: wp.array(dtype=int)
     skin_near: wp.array2d(dtype=int)
     skin_middle: wp.array2d(dtype=wp.vec3)

@@ -90,7 +90,10 @@ def above_face(t: TissueArrays, x: wp.array(dtype=wp.vec3), b: int, face: int, p
 
 @wp.func
 def find_near_skin(t: TissueArrays, b: int):
-    """List the triangles of the skin that are near any ring that can touch the skin."""
+    """List the triangles of the skin that are near any ring that can touch the skin.
+
+    A hole in the wall has no skin.
+    """
     low = wp.vec3(1.0e9)
     high = wp.vec3(-1.0e9)
     for tube in range(t.n_colliding[b]):
@@ -111,8 +114,10 @@ def find_near_skin(t: TissueArrays, b: int):
         s = t.position[b, f[2]]
         top = wp.max(wp.max(p, q), s)
         bottom = wp.min(wp.min(p, q), s)
+        whole = t.tet_alive[b, t.skin_tet[b, k]] != 0
         if (
-            bottom[0] < high[0] and top[0] > low[0]
+            whole
+            and bottom[0] < high[0] and top[0] > low[0]
             and bottom[1] < high[1] and top[1] > low[1]
             and bottom[2] < high[2] and top[2] > low[2]
         ):  # fmt: skip

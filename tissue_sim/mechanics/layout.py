@@ -135,6 +135,8 @@ def _skin_values(organ: Organ) -> dict[str, NDArray]:
     there.
     """
     skin, tubes = sac_skin(organ), _tube_values(organ)
+    of_sac = np.flatnonzero(organ.region <= 1)
+    skin_tet = of_sac[boundary_faces(organ.tets[of_sac])[1]]
     corners = organ.vertices[skin]
     beside = np.zeros(tubes["ring"].shape[:2], int)
     for k, tube in enumerate(organ.tubes if len(skin) else ()):
@@ -142,7 +144,12 @@ def _skin_values(organ: Organ) -> dict[str, NDArray]:
         for r in np.flatnonzero(~encloses(corners, centres)):
             distance_m = distances_to_triangles(corners, centres[r]).min()
             beside[k, r] = distance_m > tubes["tube_radius"][k]
-    return {"skin": skin, "n_skin": np.array(len(skin)), "ring_beside_sac": beside}
+    return {
+        "skin": skin,
+        "skin_tet": skin_tet,
+        "n_skin": np.array(len(skin)),
+        "ring_beside_sac": beside,
+    }
 
 
 def _all_rings(organ: Organ) -> list[Indices]:
@@ -196,8 +203,9 @@ def _sizes(organs: Sequence[Organ]) -> dict[str, tuple[int, ...]]:
         "ring_centre": (n_tube, n_ring), "ring_centre_above": (n_tube, n_ring),
         "tube_radius": (n_tube,),
         "neck": (NECK_RINGS, max(o.sac_rings.shape[1] for o in organs)),
-        "n_skin": (), "skin": (n_skin,), "n_skin_near": (), "skin_near": (n_skin,),
-        "skin_middle": (n_skin,), "skin_reach": (n_skin,), "ring_beside_sac": segments,
+        "n_skin": (), "skin": (n_skin,), "skin_tet": (n_skin,), "n_skin_near": (),
+        "skin_near": (n_skin,), "skin_middle": (n_skin,), "skin_reach": (n_skin,),
+        "ring_beside_sac": segments,
         "n_bar": (), "bar_reach": (N_BARS,), "bar_radius": (N_BARS,), "bar_count": (N_BARS,),
         "bar_vertex": carried, "bar_middle": carried, "bar_axis": carried,
         "bar_scale": (N_BARS,), "bar_in_jaws": (N_BARS,), "bar_force": (N_BARS,),

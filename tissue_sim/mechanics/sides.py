@@ -6,7 +6,8 @@ or outside the lower finger. Corners that a fast finger passed would otherwise s
 place, and the finger would pierce the tube. A piece with one ring outside either finger would be
 wedged between the fingers for good.
 
-The gallbladder's neck is as narrow as a finger, and votes as the upper end of the duct.
+The gallbladder's neck is as narrow as a finger, and votes as the upper end of the duct. A branch
+is where its joint to the trunk is, because a finger does not pass through a joint.
 """
 
 from __future__ import annotations
@@ -20,6 +21,8 @@ wp.set_module_options({"enable_backward": False})
 UPPER = wp.constant(0)  # places of a piece, in the order of its votes
 BETWEEN = wp.constant(1)
 LOWER = wp.constant(2)
+REACH = wp.constant(0.006)  # m; the largest distance of a contact from a patch
+DECIDES = wp.constant(1000.0)  # weight of a joint's vote: more than a tube has corners
 
 
 @wp.func
@@ -105,6 +108,39 @@ def section_votes(t: TissueArrays, b: int, tube: int, section: int, upper: int):
 
 
 @wp.func
+def side_now(s: ToolShapes, b: int, c: int, x: wp.vec3):
+    """Return the side of finger c on which point x lies; 0 if x is not beside the finger's pad."""
+    u = s.b[b, c] - s.a[b, c]
+    w = s.half_width[b, c]
+    p = x - s.a[b, c]
+    along = wp.dot(p, u) / (wp.dot(u, u) + 1.0e-12)
+    across = wp.dot(p, w) / (wp.dot(w, w) + 1.0e-12)
+    height = wp.dot(p, wp.normalize(wp.cross(u, w)))
+    if c % 4 == 2:
+        height = -height
+    beside = along > 0.0 and along < 1.0 and wp.abs(across) < 1.0 and wp.abs(height) < REACH
+    return wp.where(beside, wp.sign(height), 0.0)
+
+
+@wp.func
+def joint_votes(t: TissueArrays, s: ToolShapes, b: int, tube: int, upper: int):
+    """Return the votes of the corners that a trunk holds; no finger touches them."""
+    total = wp.vec3()
+    for k in range(t.ring.shape[3]):
+        i = t.ring[b, tube, 0, k]
+        if t.surface[b, i] + t.covered[b, i] + t.fixed[b, i] == 0:
+            first = side_now(s, b, upper, t.position[b, i])
+            second = side_now(s, b, upper + 1, t.position[b, i])
+            if first < 0.0:
+                total[UPPER] = total[UPPER] + DECIDES
+            elif second < 0.0:
+                total[LOWER] = total[LOWER] + DECIDES
+            elif first + second > 0.0:
+                total[BETWEEN] = total[BETWEEN] + DECIDES
+    return total
+
+
+@wp.func
 def elected(total: wp.vec3):
     """Return the place with most votes; between the fingers only if it has more than either."""
     if total[BETWEEN] > wp.max(total[UPPER], total[LOWER]):
@@ -145,6 +181,8 @@ def agree_on_place(t: TissueArrays, s: ToolShapes, b: int, tube: int, upper: int
         now = wp.vec3()
         if section < n:
             now = section_votes(t, b, tube, section, upper)
+        if section == 0 and wp.length_sq(now) > 0.0:
+            now = now + joint_votes(t, s, b, tube, upper)
         if wp.length_sq(now) == 0.0 or stump_begins(t, b, tube, section):
             place = elected(total)
             for before in range(first, section):

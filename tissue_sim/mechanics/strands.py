@@ -12,8 +12,8 @@ from __future__ import annotations
 import warp as wp
 
 from tissue_sim.mechanics.arrays import TissueArrays, ToolShapes
-from tissue_sim.mechanics.sides import link_origin, to_link_frame
-from tissue_sim.mechanics.touch import REACH, Box, along_segment, box_of_arm
+from tissue_sim.mechanics.sides import REACH, link_origin, to_link_frame
+from tissue_sim.mechanics.touch import Box, along_segment, box_of_arm
 
 wp.set_module_options({"enable_backward": False})
 

@@ -11,7 +11,7 @@ from __future__ import annotations
 import warp as wp
 
 from tissue_sim.mechanics.arrays import TissueArrays, ToolShapes
-from tissue_sim.mechanics.sides import agree_on_sides, link_origin, to_link_frame
+from tissue_sim.mechanics.sides import REACH, agree_on_sides, link_origin, to_link_frame
 
 wp.set_module_options({"enable_backward": False})
 
@@ -22,7 +22,6 @@ STICK_STIFFNESS = wp.constant(500.0)  # N/m per vertex
 TUBE_STIFFNESS = wp.constant(300.0)  # N/m per vertex, tube against tube
 BED_STIFFNESS = wp.constant(200.0)  # N/m per vertex
 BED_THICKNESS = wp.constant(0.006)  # m; a deeper vertex is beside the liver, not inside
-REACH = wp.constant(0.006)  # m; the largest distance of a contact from a patch
 
 
 @wp.struct

@@ -12,7 +12,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tissue_sim.frames import Array, inverse_pose, rigid_fit, transform
-from tissue_sim.patient.tubes import TIP_EDGE_M, Crossing, Tubes
+from tissue_sim.patient.organ import Organ
+from tissue_sim.patient.tubes import MEETING_HALF_GAP_M, TIP_EDGE_M, Crossing, Tubes
 from tissue_sim.surgery.wall_squeeze import (
     Spring,
     rings_of,
@@ -87,7 +88,7 @@ class Clip:
 def latch(tubes: Tubes, T_world_tool: Array, kind: ClipKind, *, number: int, time_s: float) -> Clip:
     """Close a clip at the applier's jaws; its legs cover the tissue between them."""
     local = transform(inverse_pose(T_world_tool), tubes.tissue.positions(tubes.b).astype(float))
-    wall = wall_under(tubes.organ, local, length_m=kind.length_m, width_m=kind.width_m)
+    wall = wall_between(tubes.organ, local, kind)
     found = [tubes.crossing(tube, T_world_tool, kind.length_m) for tube in tubes.organ.hollow]
     crossings = tuple(c for c in found if c is not None)
     if not crossings:
@@ -120,6 +121,18 @@ def latch(tubes: Tubes, T_world_tool: Array, kind: ClipKind, *, number: int, tim
         places_m=local[caught],
         T_world_clip=T_world_tool.copy(),
     )
+
+
+def wall_between(organ: Organ, local: Array, kind: ClipKind) -> NDArray[np.bool_]:
+    """Return which vertices of the gallbladder, as in `sac_rings`, a clip's legs hold.
+
+    Args:
+        organ: The organ.
+        local: (n_vertex, 3) positions in the clip's frame, m.
+        kind: Kind of the clip.
+    """
+    between = _between_legs(local, kind.length_m) & (np.abs(local[:, 1]) < MEETING_HALF_GAP_M)
+    return wall_under(organ, local, between, kind.width_m)
 
 
 def dropped_clip(T_world_clip: Array, kind: ClipKind, *, number: int, time_s: float) -> Clip:

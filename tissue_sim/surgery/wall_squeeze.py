@@ -1,9 +1,9 @@
 """Find the part of the gallbladder's wall between a clip's legs, and the springs that press it.
 
 The wall's mesh is coarse: rings are 2.5 mm apart at the neck. As on a tube, the legs' width decides
-which vertices they hold. If the legs close on the wall between two rings, they hold the nearest
-ring's part. A fold of the wall may bring vertices of different rings together, so that springs join
-whatever lies opposite.
+which vertices they hold. If the legs close on the wall between two rings, or their width covers
+vertices on one side only, they hold the whole part of the nearest ring between them. A fold of the
+wall may bring vertices of different rings together, so that springs join whatever lies opposite.
 """
 
 from __future__ import annotations
@@ -15,26 +15,32 @@ from numpy.typing import NDArray
 
 from tissue_sim.frames import Array
 from tissue_sim.patient.organ import Organ
-from tissue_sim.patient.tubes import MEETING_HALF_GAP_M, TIP_EDGE_M
 from tissue_sim.patient.walls import n_sectors
 
 Squeeze = tuple[str, float, float]  # layer, stiffness (N/m), rest over the two walls' thickness
 Spring = tuple[int, int, float, float]  # vertices, rest (m), stiffness (N/m)
 
 
-def wall_under(organ: Organ, local: Array, *, length_m: float, width_m: float) -> NDArray[np.bool_]:
-    """Return (n_ring, 1 + 2 n_sectors) which vertices of the gallbladder lie between the legs.
+def wall_under(
+    organ: Organ, local: Array, between: NDArray[np.bool_], width_m: float
+) -> NDArray[np.bool_]:
+    """Return (n_ring, 1 + 2 n_sectors) which vertices of the gallbladder the legs hold.
 
     Args:
         organ: The organ.
         local: (n_vertex, 3) positions in the clip's frame, m: x along the tube, y across the legs.
-        length_m: Length of the legs, back from the tip.
+        between: (n_vertex,), whether a vertex lies between the legs, at any place along the tube.
         width_m: Width of the legs.
     """
-    x, y, z = np.moveaxis(local[organ.sac_rings], -1, 0)
-    pressed = (np.abs(y) < MEETING_HALF_GAP_M) & (-length_m < z) & (z < TIP_EDGE_M)
+    x, y, _ = np.moveaxis(local[organ.sac_rings], -1, 0)
+    pressed = between[organ.sac_rings]
     under = pressed & (np.abs(x) <= 0.5 * width_m)
+    upper = y[:, 1:][under[:, 1:]] > 0.0  # of the wall, without the rings' centres
+    if upper.any() and not upper.all():
+        return under
     if under.any():
+        nearest = np.argmax(under.sum(axis=1))
+        under[nearest] = pressed[nearest]
         return under
     some = np.flatnonzero(pressed.any(axis=1))
     middle = np.array([x[ring, pressed[ring]].mean() for ring in some])

@@ -13,7 +13,9 @@ from tissue_sim.mechanics.tissue import Tissue
 from tissue_sim.mechanics.topology import distances_to_triangles, encloses
 from tissue_sim.patient.anatomy import anatomy_from_seed
 from tissue_sim.patient.organ import TUBE_SECTORS, TUBES, Organ, build_organ
+from tissue_sim.patient.sac import Sac
 from tissue_sim.patient.textbook import textbook_from_seed
+from tissue_sim.patient.walls import n_patches
 
 SEEDS = (10_003, 10_005, 10_007)
 
@@ -89,6 +91,17 @@ def test_tube_and_gallbladder_push_each_other_with_opposite_forces(depth_m: floa
     rounding = 50 * EPS * np.abs(f).sum()
     np.testing.assert_allclose(f.sum(axis=0), 0.0, atol=rounding)
     np.testing.assert_allclose(np.cross(x, f).sum(axis=0), 0.0, atol=10 * rounding)
+
+
+def test_a_hole_in_the_wall_pushes_no_tube() -> None:
+    """Open the whole wall; the flat lower side of the neck, which is filling, stays."""
+    organ = build_organ(textbook_from_seed(SEEDS[0]))
+    tissue = tissue_of(organ, None)
+    outer = organ.sac_rings[1:, 11:].ravel()
+    put(tissue, moved_into_sac(organ, organ.neck_ring["duct"] // 2, 2.5e-3)[0])
+    assert np.abs(forces(tissue, "tube contact")[outer]).max() > 0.1
+    Sac(tissue, organ).open(np.arange(n_patches(organ)))
+    assert not forces(tissue, "tube contact")[outer].any()
 
 
 @pytest.mark.parametrize("seed", SEEDS)

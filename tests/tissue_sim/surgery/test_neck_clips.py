@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from tests.tissue_sim.kinds import POLYMER
+from tests.tissue_sim.kinds import POLYMER, TITANIUM
 from tests.tissue_sim.patients import clip_at, cut_at, run, settled
 from tests.tissue_sim.treatment import assert_same, everything
 from tests.tissue_sim.verification.bodies import astride
@@ -15,9 +15,9 @@ from tests.tissue_sim.verification.neck_squeeze import ON_NECK, SqueezedNeck, sq
 from tissue_sim.frames import Array, inverse_pose, transform
 from tissue_sim.patient.sac import Sac
 from tissue_sim.patient.tubes import Tubes
-from tissue_sim.surgery.clip import SQUEEZES, Clip, detach, latch
+from tissue_sim.surgery.clip import SQUEEZES, Clip, detach, latch, wall_between
 from tissue_sim.surgery.clip_slip import slide, update_after_cut, update_after_hole
-from tissue_sim.surgery.wall_squeeze import wall_springs, wall_under
+from tissue_sim.surgery.wall_squeeze import wall_springs
 from tissue_sim.thresholds import LUMEN_CLOSED
 from tissue_sim.tools.arms import JointCommand
 from tissue_sim.world import World
@@ -26,9 +26,11 @@ SEED = 10_003
 SHARE = {name: share for name, _, share in SQUEEZES}
 
 
-@pytest.fixture(scope="module", params=[0, 3, 10_007])
+@pytest.fixture(
+    scope="module", params=[(0, POLYMER), (3, POLYMER), (10_007, POLYMER), (0, TITANIUM)]
+)
 def neck(request: pytest.FixtureRequest) -> SqueezedNeck:
-    return squeezed_neck(request.param, width_m=POLYMER.width_m)
+    return squeezed_neck(*request.param)
 
 
 def on_neck() -> tuple[Tubes, Clip]:
@@ -68,7 +70,7 @@ def test_the_legs_width_decides_which_vertices_they_hold() -> None:
     local = transform(inverse_pose(T), tubes.tissue.positions().astype(float))
     counts = []
     for width_m in (0.001, POLYMER.width_m, 0.006):
-        under = wall_under(tubes.organ, local, length_m=POLYMER.length_m, width_m=width_m)
+        under = wall_between(tubes.organ, local, replace(POLYMER, width_m=width_m))
         counts.append(under.sum())
         assert (np.abs(local[tubes.organ.sac_rings[under], 0]) <= 0.5 * width_m).all()
     assert 0 < counts[0] < counts[1] < counts[2]
@@ -84,7 +86,7 @@ def test_legs_between_two_rings_hold_the_part_of_the_nearer_one(share: float, ne
         low + share * (high - low) - x[tubes.below["duct"][tubes.organ.neck_ring["duct"], 0]]
     )
     local = transform(inverse_pose(T), x)
-    under = wall_under(tubes.organ, local, length_m=POLYMER.length_m, width_m=1e-4)
+    under = wall_between(tubes.organ, local, replace(POLYMER, width_m=1e-4))
     assert np.flatnonzero(under.any(axis=1)).tolist() == [nearest]
     assert wall_springs(tubes.organ, local, under, SQUEEZES)
 

@@ -20,6 +20,7 @@ from tissue_sim.surgery.clip import (
     springs_in,
     tension_n,
 )
+from tissue_sim.tools.clips import ClipKind
 
 ON_NECK = 0.99  # of the duct's length: the legs also cover the neck's first ring
 SQUEEZE_STEPS, RECOVERY_STEPS = 90, 120
@@ -56,12 +57,12 @@ class SqueezedNeck:
     recovered_m: float
 
 
-def squeezed_neck(seed: int, *, width_m: float) -> SqueezedNeck:
-    """Close a clip of a width at the upper end of a patient's duct, let it rest, and detach it."""
+def squeezed_neck(seed: int, kind: ClipKind) -> SqueezedNeck:
+    """Close a clip of a kind at the upper end of a patient's duct, let it rest, and detach it."""
     tubes = settled(seed)
     neck = tubes.organ.sac_rings[:2].ravel()
     before = tubes.tissue.positions()[neck].astype(float)
-    clip = clip_at(tubes, "duct", ON_NECK)
+    clip = clip_at(tubes, "duct", ON_NECK, kind=kind)
     run(tubes, SQUEEZE_STEPS)
     rows, sac = np.array(clip.links), tubes.organ.sac_rings
     on_neck = np.isin(tubes.tissue.host("link")[0, rows, 0], sac)
@@ -82,7 +83,7 @@ def squeezed_neck(seed: int, *, width_m: float) -> SqueezedNeck:
         layer=np.where(np.isin(i, sac[:, 1:11]), "inner", "outer"),
         closure=closure(tubes, clip, "duct"),
         grip_n=grip_n(tubes, clip),
-        expected_grip_n=_expected_grip_n(tubes, clip, on_neck, width_m),
+        expected_grip_n=_expected_grip_n(tubes, clip, on_neck, kind.width_m),
         inverted_wall=_inverted_walls(tubes),
         recovered_m=np.inf,
     )
