@@ -10,7 +10,7 @@ from typing import Literal
 from planner.correction import CORRECTIONS, Correction
 from planner.procedure.cholecystectomy import TASKS
 from planner.procedure.task import Task
-from tissue_sim.patient.anatomy import TUBES, USUAL_TUBES, Tube
+from tissue_sim.patient.tube_names import TUBES, USUAL_TUBES, Tube
 
 Word = Literal["stop", "pause", "resume", "repeat", "undo", "next step", "let go"]
 Structure = Literal["duct", "artery", "second artery"]

@@ -31,6 +31,7 @@ OPEN_TO_ALL = (  # modules of the simulator: observations, the robot, and consta
     "tissue_sim.frames",
     "tissue_sim.outcome.clip_rule",
     "tissue_sim.patient.at_risk",  # usual radii, the same for every patient
+    "tissue_sim.patient.tube_names",
     "tissue_sim.read_only",
     "tissue_sim.sensing.glance",
     "tissue_sim.sensing.observation",
@@ -38,6 +39,7 @@ OPEN_TO_ALL = (  # modules of the simulator: observations, the robot, and consta
     "tissue_sim.sensing.polyline",
     "tissue_sim.sensing.rest_frame",
     "tissue_sim.sensing.rest_length",
+    "tissue_sim.sensing.tube_rule",
     "tissue_sim.sensing.sensor_model",
     "tissue_sim.sensing.tissue_features",
     "tissue_sim.sensing.tracker",

@@ -27,6 +27,9 @@ CLIP_MAX_SLIP_M = 0.0005
 """Assumed: largest slip of a clip under a pull."""
 TEST_PULL_N = 1.0
 """Assumed: every clip must hold this pull at the end."""
+TEST_PULL_SHARE = 0.8
+"""Assumed: on a thin vessel the pull at the end is this share of the pull that tears the vessel. An
+artery of 1 mm bears about 1 N, so that the test itself would tear it."""
 CLIPS_LEFT_MAX = 2
 """Assumed: number of clips that may be lost in the abdomen at once; a surgeon picks a lost clip
 up."""

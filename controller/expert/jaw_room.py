@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from itertools import pairwise
 from typing import TYPE_CHECKING
 
 import numpy as np
 
+from controller.expert.motion import before
 from tissue_sim.frames import Array, inverse_pose, transform
 from tissue_sim.patient.at_risk import AT_RISK
 from tissue_sim.patient.mesher import subdivide
@@ -19,6 +19,7 @@ if TYPE_CHECKING:
 LINE_PARTS = 5  # between rings of a structure at risk
 SAC_MARGIN_M = 0.002  # to either side of the jaws: the gallbladder's vertices lie this far apart
 ARM_PARTS = 40  # sample points along each link of the left instrument
+WAY_M = (0.0, 0.005, 0.010, 0.015)  # back from a pose, where room for the jaws is checked
 N_LINK = len(PATCH_LINKS)
 
 
@@ -46,28 +47,29 @@ def firm_room_m(world: World, T_world_tool: Array, tool: str, opening_rad: float
     return min(gaps)
 
 
-def tube_room_m(
+def stump_room_m(
     world: World, tube: str, T_world_tool: Array, tool: str, opening_rad: float
 ) -> float:
-    """Return the gap from the open jaws' fingers to other tubes and their stumps."""
-    to_tool = inverse_pose(T_world_tool)
+    """Return the least gap from the open jaws to other tubes' stumps, on the way to a pose, m.
+
+    The way is straight along the tool. Only the stumps in the body count: the filter lets tools
+    touch what hangs on the gallbladder.
+    """
+    way = [inverse_pose(before(T_world_tool, back_m)) for back_m in WAY_M]
     gaps = [
-        _gap_m(transform(to_tool, part), tool, opening_rad) - world.tubes.radius_m(other)
+        _gap_m(transform(to_tool, stump_m), tool, opening_rad) - world.tubes.radius_m(other)
         for other in world.organ.tubes
-        if other != tube
-        for part in _parts_m(world, other)
+        if other != tube and len(world.tubes.severed_rings(other))
+        for stump_m in [_stump_m(world, other)]
+        for to_tool in way
     ]
     return min(gaps, default=np.inf)
 
 
-def _parts_m(world: World, tube: str) -> Iterator[Array]:
-    """Yield finely spaced points (n, 3) of each part of a tube, world frame."""
-    tubes = world.tubes
-    ends = [0, *tubes.severed_rings(tube).tolist(), world.organ.neck_ring[tube]]
-    for low, high in pairwise(ends):
-        line = tubes.centres(tube)[low : high + 1]
-        line[0] = world.tissue.positions()[tubes.above[tube][low, 0]]
-        yield subdivide(line, LINE_PARTS)
+def _stump_m(world: World, tube: str) -> Array:
+    """Return finely spaced points (n, 3) of a severed tube from its fixed end, world frame."""
+    cut = int(world.tubes.severed_rings(tube).min())
+    return subdivide(world.tubes.centres(tube)[: cut + 1], LINE_PARTS)
 
 
 def _left_instrument(world: World) -> Iterator[tuple[Array, float]]:

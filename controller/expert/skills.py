@@ -26,7 +26,7 @@ from controller.expert.targets import (
 from planner.procedure.outcomes import has_tube, structure_of
 from planner.procedure.task import Task
 from planner.procedure.task_kind import entry_of
-from tissue_sim.frames import Array, inverse_pose, transform, unit
+from tissue_sim.frames import Array, inverse_pose, transform
 from tissue_sim.outcome.predicates import (
     gallbladder_held,
     gap_m,
@@ -39,6 +39,7 @@ from tissue_sim.surgery.abuses import stab_m
 from tissue_sim.thresholds import GRASP_MIN_TRACTION_N, HELD_PINCH_N, RETRACTED_M, SPREAD_MIN_M
 from tissue_sim.tools.arms import LEFT_ARM, RIGHT_ARM
 from tissue_sim.tools.instruments import INSTRUMENTS
+from tissue_sim.tools.psm import JOINT_NAMES, forward_kinematics
 
 if TYPE_CHECKING:
     from tissue_sim.world import World
@@ -59,6 +60,7 @@ ASTRIDE_M, ASTRIDE_RAD = 0.003, 0.3  # so near its place a tool need not come ou
 PULL_STEP_M, PULL_SPEED_M_S = 0.004, 0.006
 PULL_MIN_N, PULL_MAX_N = 2.0 * GRASP_MIN_TRACTION_N, 2.5  # some is lost as tissue settles
 SPREAD_SPARE_M, SPREAD_MAX_S, DRAW_MAX_S = 0.0004, 3.0, 3.0
+INSERTION = JOINT_NAMES.index("insertion")
 STAB_MAX_M = 0.002  # the right fingers push no deeper into the gallbladder
 JAW_TIME_S, CLOSE_MAX_S = 1.0, 3.0
 SNAG_N, NARROW_RAD = 1.0, 0.1  # below the force of an injury; assumed
@@ -298,10 +300,12 @@ def _retreat(opening: float) -> tuple[Phase, ...]:
 
 
 def _further_back(world: World, start: Array) -> Goal:
-    """Return a step towards the port, along the shaft: the wrist may reach no further otherwise."""
-    T = world.arms.T_world_tool()[RIGHT_ARM]
-    T[:3, 3] += STANDOFF_M * unit(world.arms.T_world_rcm[RIGHT_ARM, :3, 3] - T[:3, 3])
-    T[:3, :3] = start[:3, :3]
+    """Return a step out along the shaft; the wrist, perhaps at its limits, stays as it is."""
+    del start
+    joints = world.target[RIGHT_ARM, :6].copy()
+    joints[INSERTION] -= STANDOFF_M
+    T_rcm_tool = forward_kinematics(joints, world.arms.mounted[RIGHT_ARM])
+    T = world.arms.T_world_rcm[RIGHT_ARM] @ T_rcm_tool
     return Goal(T_world_tool=T, speed_m_s=NEAR_SPEED_M_S)
 
 

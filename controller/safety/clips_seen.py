@@ -6,8 +6,8 @@ import numpy as np
 
 from planner.scene.duct_side import structure_seen
 from planner.scene.next_task import ON_TUBE_M, clip_kinds, clips_needed_on, clips_on
-from tissue_sim.patient.anatomy import Tube
 from tissue_sim.patient.at_risk import AT_RISK
+from tissue_sim.patient.tube_names import Tube
 from tissue_sim.sensing.observation import MAX_CLIPS, N_POINTS, TUBE_POINTS, Observation
 from tissue_sim.sensing.polyline import nearest_on, nearest_to_jaws
 from tissue_sim.thresholds import CLIP_MIN_GAP_M, CUFF_MIN_M

@@ -56,7 +56,7 @@ from planner.language.rules.warning import warns, warns_anywhere, warns_mildly, 
 from planner.language.slot_heads import SlotHeads, in_words, load
 from planner.language.slots import spelt_out
 from planner.person.prohibition import Prohibition
-from tissue_sim.patient.anatomy import Tube
+from tissue_sim.patient.tube_names import Tube
 
 if TYPE_CHECKING:
     from planner.language.kind_head import Kind

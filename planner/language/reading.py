@@ -10,7 +10,7 @@ from planner.correction import Direction
 from planner.language.rules.questions import Question, Thing
 from planner.person.premises import Claim
 from planner.person.prohibition import Prohibition
-from tissue_sim.patient.anatomy import Tube
+from tissue_sim.patient.tube_names import Tube
 
 Applier = Literal["slim", "large", "other"]
 By = Literal["grammar", "classifier", "button", "warning", "rule", "nobody"]

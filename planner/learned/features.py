@@ -14,7 +14,7 @@ from planner.correction import CORRECTIONS
 from planner.procedure.cholecystectomy import TASKS
 from planner.scene.next_task import RATHER_MORE
 from tissue_sim.outcome.clip_rule import FEWEST_CLIPS, USUAL_CLIPS, needed_m
-from tissue_sim.patient.anatomy import TUBES
+from tissue_sim.patient.tube_names import TUBES
 from tissue_sim.sensing.observation import fields
 from tissue_sim.sensing.tissue_features import (
     FAR_SCALE_M,

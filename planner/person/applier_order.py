@@ -14,7 +14,7 @@ from planner.scene.next_task import (
     require_there,
 )
 from planner.scene.predicates import is_back
-from tissue_sim.patient.anatomy import Tube
+from tissue_sim.patient.tube_names import Tube
 from tissue_sim.sensing.observation import Observation
 from tissue_sim.tools.instruments import Instrument, appliers, clip_of
 

@@ -16,7 +16,7 @@ from planner.scene.in_words import joined, way_in_words
 from planner.scene.next_task import clips_needed_on, clips_on, lying_on
 from planner.scene.predicates import has_slipped, is_low, traction_n
 from tissue_sim.frames import Array
-from tissue_sim.patient.anatomy import TUBES, Tube
+from tissue_sim.patient.tube_names import TUBES, Tube
 from tissue_sim.sensing.observation import MAX_CLIPS, N_LINE, Observation
 from tissue_sim.sensing.polyline import nearest_on, place_on
 from tissue_sim.thresholds import HELD_PINCH_N

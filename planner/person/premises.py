@@ -10,7 +10,7 @@ from planner.procedure.task import Task
 from planner.scene.duct_side import structure_seen, tube_of
 from planner.scene.next_task import clips_needed_on, clips_on
 from tissue_sim.outcome.clip_rule import USUAL_CLIPS
-from tissue_sim.patient.anatomy import TUBES, USUAL_TUBES, Tube
+from tissue_sim.patient.tube_names import TUBES, USUAL_TUBES, Tube
 from tissue_sim.sensing.observation import Observation
 from tissue_sim.thresholds import HELD_PINCH_N
 

@@ -11,7 +11,7 @@ from planner.procedure.task import Task
 from planner.scene.duct_side import structure_seen, tube_of
 from planner.scene.next_task import clips_needed_on, clips_on
 from planner.scene.predicates import OPEN_RAD
-from tissue_sim.patient.anatomy import TUBES
+from tissue_sim.patient.tube_names import TUBES
 from tissue_sim.sensing.observation import Observation
 
 Act = Literal["clip", "cut", "open"]

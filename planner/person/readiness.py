@@ -13,7 +13,7 @@ from planner.scene.in_words import all_tubes
 from planner.scene.next_task import applier_on, clips_needed_on, clips_on, lying_on, next_of_all
 from planner.scene.predicates import has_slipped
 from tissue_sim.frames import Array
-from tissue_sim.patient.anatomy import Tube
+from tissue_sim.patient.tube_names import Tube
 from tissue_sim.sensing.observation import MAX_CLIPS, TUBE_POINTS, Observation
 from tissue_sim.sensing.polyline import nearest_on
 from tissue_sim.thresholds import CUFF_MIN_M

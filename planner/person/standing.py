@@ -8,7 +8,7 @@ from dataclasses import replace
 from planner.instruction import Instruction
 from planner.person.prohibition import Prohibition, act_of
 from planner.procedure.task import Task
-from tissue_sim.patient.anatomy import Tube
+from tissue_sim.patient.tube_names import Tube
 from tissue_sim.sensing.observation import Observation
 
 SPEEDS = {"slower": 0.5, "half": 0.5, "normal": 1.0, "faster": 2.0}

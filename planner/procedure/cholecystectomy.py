@@ -10,7 +10,7 @@ from collections.abc import Iterator
 
 from planner.procedure.procedure import Procedure
 from planner.procedure.task import Task
-from tissue_sim.patient.anatomy import Tube
+from tissue_sim.patient.tube_names import Tube
 from tissue_sim.tools.instruments import CLIP_APPLIER, SCISSORS
 
 

@@ -8,7 +8,7 @@ from __future__ import annotations
 import numpy as np
 
 from planner.scene.duct_side import duct_side, structure_seen
-from tissue_sim.patient.anatomy import USUAL_TUBES, Tube
+from tissue_sim.patient.tube_names import USUAL_TUBES, Tube
 from tissue_sim.sensing.observation import Observation
 
 

@@ -9,7 +9,7 @@ import numpy as np
 from planner.command import Structure, tube_where
 from planner.procedure.task import OPTIONAL_TUBES
 from tissue_sim.frames import Array
-from tissue_sim.patient.anatomy import USUAL_TUBES, Tube
+from tissue_sim.patient.tube_names import USUAL_TUBES, Tube
 from tissue_sim.sensing.observation import ROWS, TUBE_POINTS, Observation
 
 # In `std_m`.

@@ -10,7 +10,7 @@ import numpy as np
 from planner.scene.duct_side import structure_seen
 from planner.scene.next_task import clips_on
 from tissue_sim.frames import Array
-from tissue_sim.patient.anatomy import USUAL_TUBES, Tube
+from tissue_sim.patient.tube_names import USUAL_TUBES, Tube
 from tissue_sim.sensing.observation import Observation
 from tissue_sim.sensing.polyline import distance_to_line_m
 from tissue_sim.tools.arms import LEFT_ARM, RIGHT_ARM

@@ -11,7 +11,7 @@ from planner.procedure.task import Task
 from planner.scene.crossing import tubes_in_order
 from planner.scene.duct_side import structure_seen
 from tissue_sim.outcome.clip_rule import USUAL_CLIPS, clips_needed
-from tissue_sim.patient.anatomy import Tube
+from tissue_sim.patient.tube_names import Tube
 from tissue_sim.sensing.observation import MAX_CLIPS, Observation
 from tissue_sim.sensing.polyline import distance_to_line_m
 from tissue_sim.tools.clips import CLIPS, ClipKind

@@ -6,7 +6,7 @@ import numpy as np
 import torch
 
 from tissue_sim.frames import Array, unit
-from tissue_sim.patient.anatomy import USUAL_TUBES
+from tissue_sim.patient.tube_names import USUAL_TUBES
 from tissue_sim.sensing.observation import Observation, fields, tip_to_tubes_m
 from tissue_sim.sensing.tissue_features import gap_m
 from tissue_sim.thresholds import (

@@ -15,7 +15,7 @@ import numpy as np
 from planner.procedure.cholecystectomy import GRAB, TASKS
 from planner.procedure.task import Task
 from scenarios.catalogue import SCENARIOS
-from tissue_sim.patient.anatomy import USUAL_TUBES
+from tissue_sim.patient.tube_names import USUAL_TUBES
 from tissue_sim.patient.variants import patient_of
 
 TRAINING_SEEDS = range(10_000)

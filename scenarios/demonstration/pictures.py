@@ -159,7 +159,7 @@ def labelled_frame(world: World, exact: Observation, rng: np.random.Generator) -
     The endoscope's crop is off the tubes by about the error of perception's estimate.
     """
     from tissue_sim.frames import transform
-    from tissue_sim.patient.anatomy import USUAL_TUBES
+    from tissue_sim.patient.tube_names import USUAL_TUBES
     from tissue_sim.rendering.shader_pack import COLOR_PICTURE, POSITION_PICTURE
     from tissue_sim.sensing.cameras import T_world_camera
     from tissue_sim.sensing.eyes import CLOSE, VIEWS

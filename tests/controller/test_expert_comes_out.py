@@ -1,17 +1,22 @@
-"""Tests of the expert: it takes the grasper gently out of a fold of the gallbladder."""
+"""Tests of the expert: it takes the grasper gently out of a fold, and the right tool straight."""
 
 from itertools import islice
 
 import numpy as np
 import pytest
 
-from controller.expert.skills import among_tissue
+from controller.expert.approach import STANDOFF_M
+from controller.expert.skills import INSERTION, _further_back, among_tissue
+from controller.kinematics import inverse_kinematics
 from planner.command import COMMANDS
 from planner.instruction import TASKS
 from scenarios.demonstration.demonstrate import begun
 from scenarios.demonstration.mix import PlannedDemonstration
+from tests.worlds import textbook_world
+from tissue_sim.frames import inverse_pose
 from tissue_sim.outcome.predicates import gallbladder_held
-from tissue_sim.tools.arms import LEFT_ARM
+from tissue_sim.tools.arms import LEFT_ARM, RIGHT_ARM, JointCommand
+from tissue_sim.tools.psm import joint_limits
 
 SEED = 10_003
 GRAB = TASKS[0]
@@ -36,3 +41,17 @@ def test_after_a_slip_and_a_command_the_grasper_comes_free(said):
             break
     assert not among_tissue(LEFT_ARM, world)
     assert max(pulled_n[ACTS_BY:]) < MAX_N
+
+
+def test_a_retraction_moves_the_insertion_alone_so_that_a_wrist_at_its_limit_follows():
+    world = textbook_world(10_000)
+    joints = world.target.copy()
+    joints[RIGHT_ARM, 3:6] = joint_limits(world.arms.mounted[RIGHT_ARM])[3:6, 1] - 1e-6
+    world.step(JointCommand(joints=joints))
+    goal = _further_back(world, world.arms.T_world_tool()[RIGHT_ARM]).T_world_tool
+    T_rcm_goal = inverse_pose(world.arms.T_world_rcm[RIGHT_ARM]) @ goal
+    start = world.target[RIGHT_ARM, :6]
+    reached = inverse_kinematics(T_rcm_goal, world.arms.mounted[RIGHT_ARM], start)
+    expected = start.copy()
+    expected[INSERTION] -= STANDOFF_M
+    np.testing.assert_allclose(reached, expected, atol=1e-6)

@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from tissue_sim.patient.anatomy import TUBES, Tube
+from tissue_sim.patient.tube_names import TUBES, Tube
 from tissue_sim.sensing.observation import (
     MAX_CLIPS,
     N_POINTS,

@@ -12,7 +12,8 @@ from tests.planner.observations import clipped, third_tube, writable
 from tests.tissue_sim.kinds import SLIM_APPLIER
 from tissue_sim.outcome.clip_rule import FEWEST_CLIPS, USUAL_CLIPS, needed_m
 from tissue_sim.outcome.room import why_call
-from tissue_sim.patient.anatomy import Tube, anatomy_from_seed
+from tissue_sim.patient.anatomy import anatomy_from_seed
+from tissue_sim.patient.tube_names import Tube
 from tissue_sim.sensing.observation import Observation
 from tissue_sim.world import World
 

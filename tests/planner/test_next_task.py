@@ -10,7 +10,7 @@ from planner.scene.next_task import NotNowError, clips_on, next_of_all, next_tas
 from tests.planner.observations import clipped, third_tube, with_tube, writable
 from tests.tissue_sim.kinds import APPLIER, SLIM_APPLIER
 from tissue_sim.outcome.clip_rule import needed_m
-from tissue_sim.patient.anatomy import TUBES
+from tissue_sim.patient.tube_names import TUBES
 
 
 @pytest.mark.parametrize("tube", ["left", "right"])

@@ -12,6 +12,7 @@ from tissue_sim.outcome.predicates import (
     cuffs_m,
     gap_between_m,
     good_clips,
+    required_pull_n,
     station_m,
 )
 from tissue_sim.surgery.clip import Clip, closure, grip_n, holding_forces_n
@@ -56,7 +57,7 @@ def margins(field: Field) -> Iterator[Margin]:
             CLIP_MIN_GAP_M,
         ),
         ("cuff", [c for tube in field.organ.tubes for c in _cuffs_m(field, tube)], CUFF_MIN_M),
-        ("clip hold", [_hold_n(field, c) for _, c in placed], TEST_PULL_N),
+        ("clip hold", [_hold_n(field, c, tube) for tube, c in placed], TEST_PULL_N),
     ):
         if values:
             yield Margin(measure=measure, value=float(min(values)), limit=limit, at_least=True)
@@ -78,6 +79,10 @@ def _cuffs_m(field: Field, tube: str) -> list[float]:
     return cuffs
 
 
-def _hold_n(field: Field, clip: Clip) -> float:
-    """Return the largest pull that a clip holds, along its tube or across it."""
-    return min(holding_forces_n(field.tubes, clip, grip_n(field.tubes, clip)))
+def _hold_n(field: Field, clip: Clip, tube: str) -> float:
+    """Return the largest pull that a clip holds, along its tube or across it.
+
+    Where less than `TEST_PULL_N` is required, on a thin vessel, the pull is larger in proportion.
+    """
+    held_n = min(holding_forces_n(field.tubes, clip, grip_n(field.tubes, clip)))
+    return held_n * TEST_PULL_N / required_pull_n(field.tubes, tube)

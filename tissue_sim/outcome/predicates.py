@@ -12,6 +12,7 @@ from tissue_sim.frames import Array
 from tissue_sim.outcome.clip_rule import USUAL_CLIPS, clips_needed
 from tissue_sim.patient.organ import TUBES
 from tissue_sim.patient.tubes import Tubes
+from tissue_sim.patient.walls import strength_n
 from tissue_sim.surgery.clip import Clip, closure
 from tissue_sim.surgery.cut import Cut
 from tissue_sim.surgery.grasp import INFUNDIBULUM_RINGS, LEFT_FINGERS, inward_n
@@ -28,6 +29,8 @@ from tissue_sim.thresholds import (
     RETRACTED_M,
     SPREAD_MIN_M,
     TAUT_MIN,
+    TEST_PULL_N,
+    TEST_PULL_SHARE,
 )
 from tissue_sim.tools.arms import LEFT_ARM, RIGHT_ARM
 from tissue_sim.tools.instruments import Instrument, applier_for, applier_of
@@ -153,6 +156,11 @@ def tube_cut(field: Field, tube: str) -> bool:
 def tube_severed(field: Field, tube: str) -> bool:
     """Return whether the tube is cut into two parts, well or badly."""
     return any(c.tube == tube for c in field.record.cuts) and field.tubes.in_two_parts(tube)
+
+
+def required_pull_n(tubes: Tubes, tube: str) -> float:
+    """Return the pull in the end that a clip on this tube must hold, N."""
+    return min(TEST_PULL_N, TEST_PULL_SHARE * strength_n(tube, tubes.radius_m(tube)))
 
 
 def stumps_hold(field: Field) -> bool:

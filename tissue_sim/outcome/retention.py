@@ -1,5 +1,7 @@
 """Does every clip hold a pull of 1 N, along its tube and across it? The test is at the end.
 
+A vessel that is too thin for this pull is pulled by less than tears it.
+
 As in a laboratory, the vessel is clamped beside the clip, on the side away from the cut. The clip
 is pulled towards the cut end.
 """
@@ -8,9 +10,9 @@ from __future__ import annotations
 
 import numpy as np
 
+from tissue_sim.outcome.predicates import required_pull_n
 from tissue_sim.patient.tubes import Crossing
 from tissue_sim.surgery.clip import Clip, T_world_clip
-from tissue_sim.thresholds import TEST_PULL_N
 from tissue_sim.tools.arms import JointCommand
 from tissue_sim.world import World
 
@@ -24,8 +26,9 @@ def pull_all_clips(world: World) -> None:
         for crossing in clip.crossings:
             away = _towards_cut(world, crossing)
             _, along = world.tubes.point(crossing.tube, crossing.station_m)
+            pull_n = required_pull_n(world.tubes, crossing.tube)
             for direction in (away * along, T_world_clip(world.tubes, clip)[:3, 1]):
-                _pull(world, clip, crossing, TEST_PULL_N * direction, away)
+                _pull(world, clip, crossing, pull_n * direction, away)
 
 
 def _towards_cut(world: World, crossing: Crossing) -> int:

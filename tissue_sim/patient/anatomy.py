@@ -6,11 +6,12 @@ import hashlib
 import json
 import math
 from dataclasses import asdict, dataclass, fields
-from typing import Any, Literal, get_args
+from typing import Any
 
 import numpy as np
 
 from tissue_sim.patient.population import Colour, draw
+from tissue_sim.patient.tube_names import TUBES, USUAL_TUBES, Tube
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -45,11 +46,6 @@ COUNTS: dict[str, Range] = {  # assumed
     "remnants": Range(least=0, most=6),
     "fat_strands": Range(least=0, most=40),
 }
-Tube = Literal["left", "right", "third"]
-"""The tubes as the endoscope shows them; a second artery is the third."""
-
-TUBES: tuple[Tube, ...] = get_args(Tube)
-USUAL_TUBES = TUBES[:2]  # in every patient
 WIDEST_TUBE = 0.26  # largest tube diameter over the gallbladder's width: the infundibulum's
 
 

@@ -13,9 +13,9 @@ from numpy.typing import NDArray
 
 from tissue_sim.field import Field
 from tissue_sim.frames import Array, cross, inverse_pose, transform
-from tissue_sim.patient.anatomy import TUBES, USUAL_TUBES
 from tissue_sim.patient.at_risk import AT_RISK
 from tissue_sim.patient.mesher import ring_radii_m
+from tissue_sim.patient.tube_names import TUBES, USUAL_TUBES
 from tissue_sim.sensing.observation import (
     MAX_CLIPS,
     N_POINTS,

@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tissue_sim.frames import Array
-from tissue_sim.patient.anatomy import TUBES, USUAL_TUBES, Tube
+from tissue_sim.patient.tube_names import TUBES, USUAL_TUBES, Tube
 from tissue_sim.read_only import seal
 from tissue_sim.sensing.polyline import nearest_on
 from tissue_sim.tools.instruments import GRASPER, INSTRUMENTS, Instrument, right_tools

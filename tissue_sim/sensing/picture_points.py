@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 
 from tissue_sim.field import Field
 from tissue_sim.frames import Array, inverse_pose, transform
-from tissue_sim.patient.anatomy import TUBES
+from tissue_sim.patient.tube_names import TUBES
 from tissue_sim.rendering.shader_pack import MICROMETRE
 from tissue_sim.sensing.cameras import CameraSpec
 from tissue_sim.sensing.glance import pixels_of

@@ -9,7 +9,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from tissue_sim.patient.anatomy import USUAL_TUBES
+from tissue_sim.patient.tube_names import USUAL_TUBES
 from tissue_sim.sensing.observation import N_POINTS, POINTS_BEGIN, POINTS_END, part_of
 
 Floats = NDArray[np.float32]

@@ -9,7 +9,7 @@ from __future__ import annotations
 import numpy as np
 
 from tissue_sim.frames import Array
-from tissue_sim.patient.anatomy import TUBES
+from tissue_sim.patient.tube_names import TUBES
 from tissue_sim.sensing.observation import ROWS, TUBE_POINTS, TUBE_ROWS
 from tissue_sim.thresholds import HELD_PINCH_N
 

@@ -8,7 +8,7 @@ from typing import NamedTuple
 import torch
 from torch import Tensor
 
-from tissue_sim.patient.anatomy import USUAL_TUBES
+from tissue_sim.patient.tube_names import USUAL_TUBES
 from tissue_sim.sensing.observation import LIKELY, MAX_CLIPS, ROWS, TUBE_POINTS
 from tissue_sim.thresholds import GRASP_MIN_TRACTION_N, HELD_PINCH_N, SPREAD_MIN_M, TAUT_MIN
 from tissue_sim.tools.arms import LEFT_ARM, RIGHT_ARM

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from tissue_sim.constants import CONTROL_PERIOD_S
 from tissue_sim.frames import Array, exponential
-from tissue_sim.patient.anatomy import TUBES
+from tissue_sim.patient.tube_names import TUBES
 from tissue_sim.sensing.observation import (
     LIKELY,
     LINE_ROWS,

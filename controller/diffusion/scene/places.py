@@ -64,7 +64,7 @@ class Places(NamedTuple):
     spare_m: Tensor
 
 
-class Kind(NamedTuple):
+class TubeKind(NamedTuple):
     """What the clip rule depends on, of B tubes.
 
     Attributes:
@@ -90,12 +90,12 @@ def places_on(now: dict[str, Tensor]) -> tuple[Places, ...]:
     """
     closed = closed_clips(now)
     parts = now["rest_length_m"].clamp(min=1e-6), is_duct(now), now["tube_radius_m"]
-    kinds = starmap(Kind, zip(*(part.split(1, dim=1) for part in parts), strict=True))
+    kinds = starmap(TubeKind, zip(*(part.split(1, dim=1) for part in parts), strict=True))
     tubes = zip(now["tubes_m"].unbind(dim=1), kinds, strict=True)
     return tuple(_places(tube_m, kind, now["clips_m"], closed) for tube_m, kind in tubes)
 
 
-def _places(tube_m: Tensor, kind: Kind, clips_m: Tensor, closed: Tensor) -> Places:
+def _places(tube_m: Tensor, kind: TubeKind, clips_m: Tensor, closed: Tensor) -> Places:
     seen = clips_along(tube_m, kind.length_m, clips_m, closed)
     stations = _stations(kind, seen.stations_m, seen.there)
     points_m, along = _points(tube_m, stations / kind.length_m)
@@ -125,7 +125,7 @@ def place_features(now: dict[str, Tensor], places: tuple[Places, ...]) -> list[T
     return features
 
 
-def _stations(kind: Kind, clips_m: Tensor, there: Tensor) -> Tensor:
+def _stations(kind: TubeKind, clips_m: Tensor, there: Tensor) -> Tensor:
     """Return (B, 9) stations of a tube's clips and of its cut, for each number of clips.
 
     A clip that sits farther up than its place in the rule moves the next clip up too.
@@ -151,7 +151,7 @@ def _stations(kind: Kind, clips_m: Tensor, there: Tensor) -> Tensor:
     return torch.cat([*found, *lowest], dim=1)
 
 
-def _planned(kind: Kind, n: int) -> tuple[Tensor, ...]:
+def _planned(kind: TubeKind, n: int) -> tuple[Tensor, ...]:
     """Return the stations (B, 1) of n clips by the rule."""
     return tuple(
         kind.value(lambda tube, a, k=k: clip_stations_m(tube, kind.length_m, a, n)[k])

@@ -14,7 +14,7 @@ from controller.diffusion.scene.gallbladder import wall_distance_m
 from controller.diffusion.scene.places import places_on
 from planner.scene.predicates import is_grasped
 from tissue_sim.frames import Array
-from tissue_sim.patient.anatomy import TUBES, Tube
+from tissue_sim.patient.tube_names import TUBES, Tube
 from tissue_sim.sensing.observation import Observation, fields, observation_of
 
 

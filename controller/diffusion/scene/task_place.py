@@ -13,7 +13,7 @@ from planner.procedure.task import Task
 from planner.scene.next_task import clips_needed_on, clips_on
 from tissue_sim.frames import Array
 from tissue_sim.outcome.clip_rule import USUAL_CLIPS
-from tissue_sim.patient.anatomy import Tube
+from tissue_sim.patient.tube_names import Tube
 from tissue_sim.sensing.observation import Observation
 from tissue_sim.tools.arms import RIGHT_ARM
 

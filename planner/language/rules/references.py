@@ -12,7 +12,7 @@ from planner.command import COMMANDS
 from planner.language.reading import Applier, Said
 from planner.language.rules.phrase_search import patterns, rewritten, rules_in
 from planner.procedure.cholecystectomy import CHOLECYSTECTOMY
-from tissue_sim.patient.anatomy import Tube
+from tissue_sim.patient.tube_names import Tube
 
 _RE = patterns("references")
 

@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 from planner.learned.features import DEEDS, next_deed, retreat, straightness
 from planner.scene.next_task import NotNowError, next_task
 from tests.planner.observations import clipped
-from tissue_sim.patient.anatomy import Tube
+from tissue_sim.patient.tube_names import Tube
 from tissue_sim.sensing.observation import Observation, fields
 from tissue_sim.thresholds import RETRACTED_M, TAUT_MIN
 

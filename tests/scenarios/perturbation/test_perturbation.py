@@ -7,11 +7,18 @@ from math import nan
 import numpy as np
 import pytest
 
+from planner.procedure.cholecystectomy import TASKS
+from planner.procedure.outcomes import is_needed
 from scenarios.catalogue import ORACLE
+from scenarios.demonstration.failures import failures
 from scenarios.loop.episode_config import EpisodeConfig
 from scenarios.perturbation.perturbation import AtTime
 from scenarios.perturbation.perturbations import PERTURBATIONS
+from scenarios.perturbation.slips import ClipDropped
 from tests.scenarios.perturbation.episodes import disturbed, perturbation, trace
+from tissue_sim.patient.textbook import textbook_from_seed
+from tissue_sim.patient.variants import variant
+from tissue_sim.world import World
 
 FIVE_SECONDS = 150
 SOME = [  # they do not overlap, and all come within five seconds
@@ -68,3 +75,31 @@ def test_a_moment_that_is_not_set_comes_from_the_seed(monkeypatch):
         steps = islice(episode.steps(), FIVE_SECONDS)
         began_s.append([a.time_s for step in steps for a in step.applied])
     assert began_s[0] != began_s[1]
+
+
+@pytest.fixture(params=["textbook", "two-arteries"])
+def patient(request):
+    """Return a world, and the indices of the clips that its patient needs."""
+    world = World()
+    world.reset(variant(request.param, textbook_from_seed(10_000)))
+    return world, {t.index for t in TASKS if t.places_clip and is_needed(t, world)}
+
+
+def test_a_task_that_is_not_set_is_one_that_the_patient_needs(patient):
+    world, clips = patient
+    begun = set()
+    for seed in range(60):
+        rng = np.random.default_rng(seed)
+        effect = ClipDropped(perturbation("clip-dropped"), rng)
+        begun |= {task.index for task in TASKS if effect.due(world, task)}
+    assert begun == clips
+
+
+def test_a_demonstrations_failures_fall_on_tubes_that_the_patient_has(patient):
+    world, clips = patient
+    drawn = {
+        p.at.index
+        for seed in range(60)
+        for p in failures("clip-dropped", world.anatomy, np.random.default_rng(seed))
+    }
+    assert drawn == clips

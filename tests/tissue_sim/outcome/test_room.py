@@ -19,17 +19,18 @@ from tissue_sim.outcome.clip_rule import (
     needed_m,
     spacing_m,
 )
-from tissue_sim.outcome.predicates import procedure_flags, untouched
+from tissue_sim.outcome.predicates import procedure_flags, required_pull_n, untouched
 from tissue_sim.outcome.room import why_call
 from tissue_sim.patient.anatomy import Anatomy
 from tissue_sim.patient.organ import TUBES
 from tissue_sim.patient.textbook import textbook_from_seed
 from tissue_sim.patient.variants import variant
+from tissue_sim.patient.walls import strength_n
 from tissue_sim.surgery.clip import latch
 from tissue_sim.surgery.cut import BLADE_LENGTH_M, sever
 from tissue_sim.surgery.injuries import wrongly_clipped, wrongly_cut
 from tissue_sim.surgery.injury import Injury
-from tissue_sim.thresholds import CLIP_MIN_GAP_M, CUFF_MIN_M
+from tissue_sim.thresholds import CLIP_MIN_GAP_M, CUFF_MIN_M, TEST_PULL_N, TEST_PULL_SHARE
 from tissue_sim.tools.arms import JointCommand
 from tissue_sim.tools.instruments import Instrument, clip_of
 from tissue_sim.world import World
@@ -213,3 +214,15 @@ def test_a_clip_or_a_cut_on_a_second_artery_that_is_not_meant_is_an_injury(world
     cuts = world.record.cuts
     assert [r.event for r in wrongly_cut(cuts, "artery", None)] == ["cut on second artery"]
     assert not list(wrongly_cut(cuts, "second artery", None))
+
+
+def test_the_final_pull_is_usual_but_tears_no_thin_vessel(world: World) -> None:
+    for tube in world.organ.tubes:
+        holds_n = strength_n(tube, world.tubes.radius_m(tube))
+        assert required_pull_n(world.tubes, tube) == min(TEST_PULL_N, TEST_PULL_SHARE * holds_n)
+    thin = variant("two-arteries", textbook_from_seed(SEED))
+    assert thin.second_artery is not None
+    world.reset(replace(thin, second_artery=replace(thin.second_artery, diameter_m=0.0009)))
+    pulled_n = [required_pull_n(world.tubes, tube) for tube in ("duct", "second artery")]
+    assert pulled_n[0] == TEST_PULL_N
+    assert pulled_n[1] < strength_n("second artery", 0.00045) < TEST_PULL_N

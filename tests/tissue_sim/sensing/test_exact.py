@@ -23,9 +23,9 @@ from tissue_sim.frames import (
     transform,
     unit,
 )
-from tissue_sim.patient.anatomy import Tube
 from tissue_sim.patient.organ import INFUNDIBULUM_M, INFUNDIBULUM_SEGMENTS
 from tissue_sim.patient.textbook import textbook_from_seed
+from tissue_sim.patient.tube_names import Tube
 from tissue_sim.sensing.observation import MAX_CLIPS, SAC_POINTS, TUBE_POINTS, Observation
 from tissue_sim.surgery.clip import latch
 from tissue_sim.surgery.cut import BLADE_LENGTH_M, sever
