@@ -15,7 +15,7 @@ from controller.perception.prior import Prior
 from planner.learning.checkpoint import Checkpoints
 from planner.learning.networks import Width
 from tissue_sim.constants import WORLD_VERSION
-from tissue_sim.patient.anatomy import TUBES
+from tissue_sim.patient.tube_names import TUBES
 from tissue_sim.sensing.observation import N_LINE, SAC_POINTS
 
 

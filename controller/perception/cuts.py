@@ -9,7 +9,7 @@ from controller.perception.clips import tube_m
 from controller.perception.evidence import find, in_frame
 from controller.perception.fusion import Lines
 from controller.perception.graph import Shown
-from tissue_sim.patient.anatomy import TUBES
+from tissue_sim.patient.tube_names import TUBES
 from tissue_sim.sensing.glance import Glance, Picture
 from tissue_sim.sensing.observation import TUBE_POINTS
 from tissue_sim.sensing.polyline import nearest_to_jaws, place_on

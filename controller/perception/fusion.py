@@ -12,7 +12,7 @@ import numpy as np
 from controller.perception.graph import Shown
 from controller.perception.prior import Prior
 from tissue_sim.frames import Array, unit
-from tissue_sim.patient.anatomy import USUAL_TUBES
+from tissue_sim.patient.tube_names import USUAL_TUBES
 from tissue_sim.sensing.glance import Picture
 from tissue_sim.sensing.observation import N_LINE
 from tissue_sim.sensing.sensor_model import SensorModel

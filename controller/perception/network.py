@@ -14,7 +14,7 @@ from torch import Tensor, nn
 from torch.nn import functional as F
 
 from planner.learning.networks import Channels, convolution
-from tissue_sim.patient.anatomy import TUBES
+from tissue_sim.patient.tube_names import TUBES
 from tissue_sim.sensing.observation import N_LINE, ROWS
 
 N_WIDE = ROWS["sac_m"].stop  # of them, the first, are of tubes and gallbladder

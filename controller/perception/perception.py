@@ -18,7 +18,7 @@ from controller.perception.third_tube import ThirdTube
 from planner.learning.networks import kept
 from tissue_sim.constants import CONTROL_PERIOD_S
 from tissue_sim.frames import Array
-from tissue_sim.patient.anatomy import TUBES, USUAL_TUBES
+from tissue_sim.patient.tube_names import TUBES, USUAL_TUBES
 from tissue_sim.sensing.glance import Glance, Picture
 from tissue_sim.sensing.observation import (
     LIKELY,

@@ -14,7 +14,7 @@ import numpy as np
 
 from tissue_sim.constants import CONTROL_PERIOD_S
 from tissue_sim.frames import Array
-from tissue_sim.patient.anatomy import USUAL_TUBES
+from tissue_sim.patient.tube_names import USUAL_TUBES
 from tissue_sim.sensing.observation import LIKELY, N_LINE, TUBE_POINTS, TUBE_ROWS
 from tissue_sim.thresholds import HELD_PINCH_N
 from tissue_sim.tools.arms import LEFT_ARM

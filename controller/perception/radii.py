@@ -8,7 +8,7 @@ from controller.perception.fusion import SAME_LOOKS, spread_px
 from controller.perception.graph import Shown
 from controller.perception.prior import Prior
 from tissue_sim.frames import Array
-from tissue_sim.patient.anatomy import TUBES
+from tissue_sim.patient.tube_names import TUBES
 from tissue_sim.sensing.glance import Picture
 from tissue_sim.sensing.observation import ROWS, TUBE_POINTS
 

@@ -25,13 +25,13 @@ from tissue_sim.patient.reported_shares import (
     SECOND_SERIES,
     SHORT_ARTERIES,
     SHORT_DUCTS,
-    Share,
+    ReportedShare,
 )
 
 TITLES = {name: name.removesuffix("_m").replace("_", " ") for name in PUBLISHED}
 
 
-def _ends(*shares: Share) -> tuple[float, float]:
+def _ends(*shares: ReportedShare) -> tuple[float, float]:
     return min(s.share for s in shares), max(s.share for s in shares)
 
 

@@ -21,7 +21,7 @@ from tissue_sim.patient.published import (
 
 
 @dataclass(frozen=True, kw_only=True)
-class Share:
+class ReportedShare:
     """A reported share of people with some property; `n` is None if the number is unknown."""
 
     measured: str
@@ -30,47 +30,59 @@ class Share:
     reference: str
 
 
-def pooled_share(shares: Sequence[Share]) -> float:
+def pooled_share(shares: Sequence[ReportedShare]) -> float:
     """Return the share of all people of the studies with a known number."""
     known = [(s.n, s.share) for s in shares if s.n is not None]
     return sum(n * share for n, share in known) / sum(n for n, _ in known)
 
 
-SHORT_DUCTS: tuple[Share, ...] = (
-    Share(measured="specimens", n=100, share=0.15, reference=SHANMUGAM),
-    Share(measured="MRCP", n=198, share=0.01, reference="Radiol Res Pract 2016;3021484"),
-    Share(measured="MRCP", n=290, share=0.003, reference="Iran J Med Sci (Shiraz)"),
-    Share(measured="MRCP, under 10 mm", n=63, share=0.0, reference=SHERIFI),
-    Share(measured="laparoscopies", n=65, share=0.092, reference="J Gandhara Med Dent Sci 2025"),
+SHORT_DUCTS: tuple[ReportedShare, ...] = (
+    ReportedShare(measured="specimens", n=100, share=0.15, reference=SHANMUGAM),
+    ReportedShare(measured="MRCP", n=198, share=0.01, reference="Radiol Res Pract 2016;3021484"),
+    ReportedShare(measured="MRCP", n=290, share=0.003, reference="Iran J Med Sci (Shiraz)"),
+    ReportedShare(measured="MRCP, under 10 mm", n=63, share=0.0, reference=SHERIFI),
+    ReportedShare(
+        measured="laparoscopies", n=65, share=0.092, reference="J Gandhara Med Dent Sci 2025"
+    ),
 )
-SHORT_ARTERIES: tuple[Share, ...] = (
-    Share(measured="review", n=1037, share=98 / 1037, reference=ANDALL),
-    Share(measured="meta-analysis", n=None, share=0.20, reference=CLIN_TER),
-    Share(measured="CT, right at the sac", n=256, share=11 / 256, reference="J Invest Surg 2019"),
+SHORT_ARTERIES: tuple[ReportedShare, ...] = (
+    ReportedShare(measured="review", n=1037, share=98 / 1037, reference=ANDALL),
+    ReportedShare(measured="meta-analysis", n=None, share=0.20, reference=CLIN_TER),
+    ReportedShare(
+        measured="CT, right at the sac", n=256, share=11 / 256, reference="J Invest Surg 2019"
+    ),
 )
 
 # The reviews contain most of the single series, so only the reviews are pooled. They overlap, too.
-SECOND_REVIEWS: tuple[Share, ...] = (
-    Share(measured="meta-analysis", n=10_071, share=0.13, reference=CLIN_TER),
-    Share(measured="review", n=9800, share=0.089, reference=ANDALL),
-    Share(measured="meta-analysis", n=None, share=0.114, reference=TRIANTAFYLLOU),
+SECOND_REVIEWS: tuple[ReportedShare, ...] = (
+    ReportedShare(measured="meta-analysis", n=10_071, share=0.13, reference=CLIN_TER),
+    ReportedShare(measured="review", n=9800, share=0.089, reference=ANDALL),
+    ReportedShare(measured="meta-analysis", n=None, share=0.114, reference=TRIANTAFYLLOU),
 )
-SECOND_SERIES: tuple[Share, ...] = (
-    Share(measured="laparoscopies", n=600, share=0.122, reference="World J Gastroenterol 2007"),
-    Share(measured="laparoscopies", n=425, share=14 / 425, reference="Int J Health Clin Res 2020"),
-    Share(measured="laparoscopies", n=375, share=11 / 375, reference="J Minim Invasive Surg 2024"),
-    Share(measured="laparoscopies", n=360, share=11 / 360, reference="Int Surg J 2020"),
-    Share(measured="laparoscopies", n=200, share=31 / 200, reference="World J Surg 1999;23:703"),
-    Share(measured="laparoscopies", n=200, share=21 / 200, reference="Al Helli, Karbala"),
-    Share(measured="CT", n=73, share=20 / 73, reference="PubMed 25940813"),
-    Share(measured="cadavers", n=200, share=3 / 200, reference="Int J Anat Var 2020;13"),
-    Share(measured="casts", n=81, share=0.14, reference="Eur J Morphol 2003;41:31"),
-    Share(measured="cadavers", n=82, share=0.28, reference=DANDEKAR),
+SECOND_SERIES: tuple[ReportedShare, ...] = (
+    ReportedShare(
+        measured="laparoscopies", n=600, share=0.122, reference="World J Gastroenterol 2007"
+    ),
+    ReportedShare(
+        measured="laparoscopies", n=425, share=14 / 425, reference="Int J Health Clin Res 2020"
+    ),
+    ReportedShare(
+        measured="laparoscopies", n=375, share=11 / 375, reference="J Minim Invasive Surg 2024"
+    ),
+    ReportedShare(measured="laparoscopies", n=360, share=11 / 360, reference="Int Surg J 2020"),
+    ReportedShare(
+        measured="laparoscopies", n=200, share=31 / 200, reference="World J Surg 1999;23:703"
+    ),
+    ReportedShare(measured="laparoscopies", n=200, share=21 / 200, reference="Al Helli, Karbala"),
+    ReportedShare(measured="CT", n=73, share=20 / 73, reference="PubMed 25940813"),
+    ReportedShare(measured="cadavers", n=200, share=3 / 200, reference="Int J Anat Var 2020;13"),
+    ReportedShare(measured="casts", n=81, share=0.14, reference="Eur J Morphol 2003;41:31"),
+    ReportedShare(measured="cadavers", n=82, share=0.28, reference=DANDEKAR),
 )
 
-NODES_SEEN: tuple[Share, ...] = (
-    Share(measured="laparoscopies", n=217, share=170 / 217, reference="PubMed 27941745"),
-    Share(
+NODES_SEEN: tuple[ReportedShare, ...] = (
+    ReportedShare(measured="laparoscopies", n=217, share=170 / 217, reference="PubMed 27941745"),
+    ReportedShare(
         measured="laparoscopies", n=393, share=0.817, reference="Surg Laparosc Endosc 2021;31:155"
     ),
 )

@@ -21,7 +21,7 @@ from controller.perception.training import (
     train_view,
 )
 from planner.learning.optimise import fine_tuning
-from tissue_sim.patient.anatomy import TUBES
+from tissue_sim.patient.tube_names import TUBES
 from tissue_sim.sensing.observation import N_LINE, N_POINTS, TUBE_POINTS, TUBE_ROWS
 from tissue_sim.sensing.picture_points import N_SHOWN
 

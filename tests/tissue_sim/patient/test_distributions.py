@@ -26,7 +26,7 @@ from tissue_sim.patient.reported_shares import (
     SECOND_SERIES,
     SHORT_ARTERIES,
     SHORT_DUCTS,
-    Share,
+    ReportedShare,
     pooled_share,
 )
 
@@ -116,7 +116,7 @@ def test_reviews_without_weight_have_about_the_pooled_mean(name: str) -> None:
     ("name", "shares"), [("duct_length_m", SHORT_DUCTS), ("artery_length_m", SHORT_ARTERIES)]
 )
 def test_the_share_of_short_tubes_lies_between_those_reported(
-    name: str, shares: tuple[Share, ...]
+    name: str, shares: tuple[ReportedShare, ...]
 ) -> None:
     found = (values(LAWS[name]) < 0.010).mean()
     assert min(s.share for s in shares) < found < max(s.share for s in shares)

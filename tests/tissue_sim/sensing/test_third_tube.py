@@ -7,8 +7,8 @@ import pytest
 
 from tests.planner.observations import clipped, with_tube
 from tissue_sim.frames import transform
-from tissue_sim.patient.anatomy import TUBES
 from tissue_sim.patient.textbook import textbook_from_seed
+from tissue_sim.patient.tube_names import TUBES
 from tissue_sim.patient.variants import variant
 from tissue_sim.sensing.observation import (
     N_LINE,
