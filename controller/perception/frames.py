@@ -15,8 +15,8 @@ from torch.nn import functional as F
 
 from controller.dataset.part import one_line
 from planner.learning.files import DAMAGED
+from tissue_sim.sensing.observation import N_SHOWN
 from tissue_sim.sensing.picture_faults import smoked, splashed
-from tissue_sim.sensing.picture_points import N_SHOWN
 
 TURN_RAD, GROW, SHIFT = 0.3, 0.15, 0.1  # largest; of the size: natural logarithm, share
 SMOKED, SPLASHED, DEAD = 0.15, 0.15, 0.03  # shares of spoilt pictures; assumed

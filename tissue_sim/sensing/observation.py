@@ -48,6 +48,7 @@ LINE_ROWS: dict[str, slice] = {**TUBE_ROWS, **_OTHERS}
 
 N_POINTS = sum(POINTS.values())
 N_LINE = N_POINTS - MAX_CLIPS  # points that belong to lines; the other points are clips
+N_SHOWN = N_POINTS + 2 * len(TUBES)  # points in pictures: with both ends of each tube's cut
 
 
 @dataclass(frozen=True, kw_only=True)

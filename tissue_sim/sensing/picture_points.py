@@ -7,15 +7,11 @@ from numpy.typing import NDArray
 
 from tissue_sim.field import Field
 from tissue_sim.frames import Array, inverse_pose, transform
-from tissue_sim.patient.tube_names import TUBES
 from tissue_sim.rendering.shader_pack import MICROMETRE
 from tissue_sim.sensing.cameras import CameraSpec
 from tissue_sim.sensing.glance import pixels_of
-from tissue_sim.sensing.observation import N_POINTS, Observation
+from tissue_sim.sensing.observation import N_POINTS, N_SHOWN, Observation
 from tissue_sim.sensing.occlusion import DEPTH_M, depths_m
-
-N_ENDS = 2 * len(TUBES)  # ends of each tube's cut, below and above the cut
-N_SHOWN = N_POINTS + N_ENDS
 
 
 def shown_points(field: Field, observation: Observation) -> tuple[Array, NDArray[np.bool_], Array]:

@@ -22,8 +22,7 @@ from controller.perception.training import (
 )
 from planner.learning.optimise import fine_tuning
 from tissue_sim.patient.tube_names import TUBES
-from tissue_sim.sensing.observation import N_LINE, N_POINTS, TUBE_POINTS, TUBE_ROWS
-from tissue_sim.sensing.picture_points import N_SHOWN
+from tissue_sim.sensing.observation import N_LINE, N_POINTS, N_SHOWN, TUBE_POINTS, TUBE_ROWS
 
 SMOKE = PRESETS["smoke"]
 SIZE = (64, 96)  # height, width

@@ -25,7 +25,7 @@ from tissue_sim.outcome.room import why_call
 from tissue_sim.patient.anatomy import anatomy_from_seed
 from tissue_sim.rendering.renderer import renderer_available
 from tissue_sim.sensing.eyes import VIEWS
-from tissue_sim.sensing.picture_points import N_SHOWN
+from tissue_sim.sensing.observation import N_SHOWN
 
 
 def test_more_episodes_only_add_some():

@@ -19,8 +19,8 @@ from tissue_sim.sensing.eyes import (
     Eyes,
 )
 from tissue_sim.sensing.glance import Glance
-from tissue_sim.sensing.observation import N_LINE
-from tissue_sim.sensing.picture_points import N_SHOWN, project, shown_points, visible
+from tissue_sim.sensing.observation import N_LINE, N_SHOWN
+from tissue_sim.sensing.picture_points import project, shown_points, visible
 from tissue_sim.tools.arms import JointCommand
 from tissue_sim.world import World
 

@@ -13,6 +13,7 @@ from tissue_sim.patient.variants import variant
 from tissue_sim.sensing.observation import (
     N_LINE,
     N_POINTS,
+    N_SHOWN,
     ROWS,
     TUBE_POINTS,
     TUBE_ROWS,
@@ -21,7 +22,7 @@ from tissue_sim.sensing.observation import (
     observation_of,
 )
 from tissue_sim.sensing.occlusion import Occlusion
-from tissue_sim.sensing.picture_points import N_SHOWN, shown_points
+from tissue_sim.sensing.picture_points import shown_points
 from tissue_sim.sensing.sensor_model import SenseSetup, SensorModel
 from tissue_sim.sensing.tracked import make
 from tissue_sim.sensing.tracker import Tracker
