@@ -20,7 +20,7 @@ from tests.scenarios.calling import UNSURE, PlannerCalls
 from tests.scenarios.example_results import read_results
 from tests.scenarios.procedures import run
 from tests.tissue_sim.kinds import SLIM_APPLIER
-from tissue_sim.outcome.clip_rule import needed_m
+from tissue_sim.outcome.clip_rule import FEWEST_CLIPS, needed_m
 from tissue_sim.outcome.room import why_call
 
 SEED = 10_004
@@ -39,11 +39,12 @@ def too_short(tmp_path_factory):
 
 
 def test_a_short_duct_ends_as_called_within_a_second_with_nothing_clipped(too_short):
-    result, record = too_short.result, too_short.world.record
-    assert too_short.world.anatomy.duct_length_m < needed_m("duct", SLIM_APPLIER)
+    result, record, anatomy = too_short.result, too_short.world.record, too_short.world.anatomy
+    assert anatomy.duct_length_m < needed_m("duct", SLIM_APPLIER, FEWEST_CLIPS)
     assert result.outcome == "called"
     assert result.call.needed
-    assert result.call.reason.startswith("The duct is 6.0 mm long: a clip on either side")
+    assert result.call.reason == why_call(anatomy)
+    assert result.call.reason.startswith(f"The duct is {1e3 * anatomy.duct_length_m:.1f} mm long")
     assert (record.clips, record.cuts, record.injuries) == ((), (), ())
     assert 0.0 < result.procedure_time_s < 1.0
     assert [(task.index, task.success) for task in result.tasks] == [(1, False)]
@@ -111,7 +112,7 @@ def test_the_command_says_why_and_ends_well_if_the_call_was_right(tmp_path, capf
     where = ["--scenario", "short-tubes", "--magnitude", "1", "--seed", str(SEED)]
     assert main(["run", *oracle, *where, "--out", str(tmp_path)]) == 0
     told = capfd.readouterr().out
-    assert f"seed {SEED} called rightly: The duct is 6.0 mm long" in told
+    assert f"seed {SEED} called rightly: {why_call(anatomy_of(TOO_SHORT))}" in told
     assert "passed 0 of 0" in told
     assert "1 called for a person (100 %)" in told
     (result,) = read_results(tmp_path / "results.json")

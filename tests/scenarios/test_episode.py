@@ -19,6 +19,7 @@ from planner.base import PLANNING_PERIOD_S
 from planner.command import COMMANDS
 from planner.instruction import CORRECTIONS, TASKS, Instruction
 from planner.policy_setup import PolicySetup
+from planner.procedure.cholecystectomy import CHOLECYSTECTOMY
 from planner.scripted import PlannerScripted
 from scenarios.catalogue import CONTROLLERS, ORACLE, PolicyEntry
 from scenarios.episode import STAYS_BACK_S, Episode
@@ -40,6 +41,7 @@ from tissue_sim.world import World
 
 ROOT = Path(__file__).parents[2]
 SEED = 10_004
+USUAL = CHOLECYSTECTOMY.tasks_with(textbook_from_seed(SEED).tubes)  # without a third tube
 STAYS_BACK = round(STAYS_BACK_S / CONTROL_PERIOD_S)
 ONE_STEP = 1.01 * CONTROL_PERIOD_S
 LONG_CHUNK = 45  # longer than the planner's period of 30 steps
@@ -50,7 +52,7 @@ LONG_CHUNK = 45  # longer than the planner's period of 30 steps
 
 def test_the_expert_does_all_tasks_and_injures_nothing(procedure):
     assert procedure.result.error is None
-    assert [task.success for task in procedure.result.tasks] == [True] * len(TASKS)
+    assert [task.success for task in procedure.result.tasks] == [True] * len(USUAL)
     assert procedure.result.injuries == ()
     assert procedure.result.success
 
@@ -65,13 +67,13 @@ def test_a_passed_procedure_tells_how_near_it_came_to_each_limit(procedure):
 
 def test_each_task_has_its_entry_in_order(procedure):
     tasks = procedure.result.tasks
-    assert [(task.index, task.instruction) for task in tasks] == [(t.index, t.text) for t in TASKS]
+    assert [(task.index, task.instruction) for task in tasks] == [(t.index, t.text) for t in USUAL]
     assert all(task.time_s > 0 for task in tasks)
 
 
 def test_the_tasks_were_asked_for_in_order_and_none_twice(procedure):
     asked = [task.index for task, _ in groupby(step.instruction.task for step in procedure.steps)]
-    assert asked == [task.index for task in TASKS]
+    assert asked == [task.index for task in USUAL]
 
 
 def test_no_command_leaps_also_not_before_or_after_a_tool_exchange(procedure):
@@ -84,7 +86,7 @@ def test_no_command_leaps_also_not_before_or_after_a_tool_exchange(procedure):
 def test_exchange_time_is_counted_apart(procedure):
     result, steps = procedure.result, procedure.steps
     exchanging = sum(step.exchange for step in steps)
-    n_exchanges = 3 + 1 + 3  # a tube: two clips reloaded, scissors; between them the applier
+    n_exchanges = 1 + 3 + 1 + 3  # slim applier; a tube: two reloads, scissors; the applier again
     assert result.exchange_time_s == pytest.approx(n_exchanges * 2 * EXCHANGE_S)
     assert result.exchange_time_s == pytest.approx(exchanging * CONTROL_PERIOD_S)
     assert result.procedure_time_s == pytest.approx((len(steps) - exchanging) * CONTROL_PERIOD_S)
@@ -111,8 +113,8 @@ def finished(procedure):
 
 def test_a_new_planner_goes_through_a_finished_patient_task_by_task(finished):
     planner, observation = PlannerScripted(finished), finished.observe()
-    said = [planner.plan(observation).task for _ in range(len(TASKS) + 2)]
-    assert said == [*TASKS[1:], TASKS[-1], TASKS[-1], TASKS[-1]]
+    said = [planner.plan(observation).task for _ in range(len(USUAL) + 2)]
+    assert said == [*USUAL[1:], USUAL[-1], USUAL[-1], USUAL[-1]]
 
 
 @pytest.mark.parametrize("harm", [None, "injury", "lost clip", "undone task"])
@@ -160,7 +162,7 @@ def test_the_last_task_alone_is_not_the_end():
 
 
 def saying_the_last(world, tasks):
-    return begin_judging(world, tasks, PlannerSays(Instruction(task=TASKS[-1])))
+    return begin_judging(world, tasks, PlannerSays(Instruction(task=USUAL[-1])))
 
 
 def begin_judging(world, tasks, planner=None):

@@ -121,6 +121,7 @@ def never_still(procedure):
     assert not still.pop("clips_m")[: min(n_clips, MAX_CLIPS)].any()
     there = len(procedure.steps[-1].observation.tubes)
     still["tubes_m"] = still["tubes_m"][:there, 1:]
+    still["severed"] = still["severed"][:there]
     for trunk in ("common_bile_duct_m", "hepatic_artery_m"):
         still[trunk] = still[trunk][1:-1]
     still = {name: part for name, part in still.items() if name not in OF_SENSES}

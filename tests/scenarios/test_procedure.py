@@ -80,7 +80,7 @@ def test_its_recording_replays_only_where_its_code_is_named(touched: Path) -> No
 
 def test_policies_that_know_one_procedure_are_refused_for_another() -> None:
     with pytest.raises(ValueError, match="'learned' knows the procedure 'cholecystectomy' alone"):
-        EpisodeConfig(procedure=OUTSIDE)
+        EpisodeConfig(procedure=OUTSIDE, planner="learned")
     with pytest.raises(ValueError, match="allowed: cholecystectomy, MODULE:PROCEDURE"):
         EpisodeConfig(procedure="appendectomy")
 

@@ -159,9 +159,9 @@ def test_a_call_is_passed_on_without_a_correction(nominal):
 
 
 def test_a_procedure_in_which_a_person_is_called_at_once_has_nothing_to_keep(tmp_path):
-    assert why_call(anatomy_from_seed(902))
-    with pytest.raises(ValueError, match="seed 902 ended before its first frame"):
-        run(PlannedDemonstration(seed=902, kind="order", noise=False), tmp_path / "part.parquet")
+    seed = next(seed for seed in range(900, 1_000) if why_call(anatomy_from_seed(seed)))
+    with pytest.raises(ValueError, match=f"seed {seed} ended before its first frame"):
+        run(PlannedDemonstration(seed=seed, kind="order", noise=False), tmp_path / "part.parquet")
 
 
 @pytest.mark.slow

@@ -7,12 +7,13 @@ from typing import Any
 
 import pytest
 
-from planner.instruction import TASKS
+from planner.procedure.cholecystectomy import CHOLECYSTECTOMY
 from scenarios.recording.recorder import load
 from tests.scenarios.example_results import read_results
 from tests.scenarios.procedures import SEED_BY_COMMAND
 from tissue_sim.patient.textbook import textbook_from_seed
 
+TASKS = CHOLECYSTECTOMY.tasks_with(textbook_from_seed(SEED_BY_COMMAND).tubes)
 CONTRACT: dict[str, set[str]] = {  # what results.json promises its readers
     "document": {"episodes", "summary", "recordings", "config", "versions"},
     "episode": {

@@ -125,7 +125,8 @@ def test_an_episode_in_which_a_person_is_called_ends_and_says_why(session):
     session.pace.restart(replace(session.config, scenario="short-tubes", magnitude=1.0))
     session.pace.go_on()
     wait_until(lambda: session.watcher.status().result is not None)
-    *_, called, end = session.watcher.status().lines
+    called, disturbed, end = session.watcher.status().lines
+    assert (disturbed.kind, disturbed.text) == ("disturbance", "short-tubes")
     assert (called.kind, called.text) == ("planner", CALL)
     assert called.detail.startswith("The duct is ")
     assert (end.kind, end.text) == ("end", f"called rightly: {called.detail}")
