@@ -107,12 +107,12 @@ def test_a_person_who_gives_an_order_is_heard_first():
     assert HELD_S * 30 < len(said) - 1 <= GRAB_S * 30 + 2
 
 
-def test_the_command_says_why_and_ends_well_if_the_call_was_right(tmp_path, capfd):
+def test_the_command_says_why_and_ends_well_if_the_call_was_right(too_short, tmp_path, capfd):
     oracle = ["--planner", "scripted", "--controller", "expert"]
     where = ["--scenario", "short-tubes", "--magnitude", "1", "--seed", str(SEED)]
     assert main(["run", *oracle, *where, "--out", str(tmp_path)]) == 0
     told = capfd.readouterr().out
-    assert f"seed {SEED} called rightly: {why_call(anatomy_of(TOO_SHORT))}" in told
+    assert f"seed {SEED} called rightly: {too_short.result.call.reason}" in told
     assert "passed 0 of 0" in told
     assert "1 called for a person (100 %)" in told
     (result,) = read_results(tmp_path / "results.json")

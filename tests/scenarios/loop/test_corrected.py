@@ -18,13 +18,12 @@ from tests.scenarios.loop.saying import Saying
 from tests.slow import slow
 from tissue_sim.constants import CONTROL_PERIOD_S
 from tissue_sim.tools.arms import LEFT_ARM, RIGHT_ARM
-from tissue_sim.tools.instruments import CLIP_APPLIER
+from tissue_sim.tools.instruments import SLIM_CLIP_APPLIER
 
 SEED = 10_004
 JAW_RAD = 0.5  # to which a person opens jaws
 UP = correction_from_text("move right arm higher")
 LEFT_UP = correction_from_text("move left arm higher")
-CLIP = Instruction(task=TASKS[1], tool=CLIP_APPLIER)  # which it holds from the start
 EXCHANGE = Instruction(task=TASKS[7])  # the right arm needs scissors
 RIGHT_ARM_OUT = round(0.7 / CONTROL_PERIOD_S)
 
@@ -45,12 +44,17 @@ class ControllerDrifts:
         return (replace(closing, move_endoscope_m=self.move_m),)
 
 
-def episode_of(instruction=None, controller=None):
-    return begin(
-        EpisodeConfig(**ORACLE, scenario="textbook", seed=SEED),
-        planner=Saying(instruction or CLIP),
+def episode_of(instruction=None, controller=None, **config):
+    """Return an episode whose right arm holds the applier for the patient's tubes."""
+    episode = begin(
+        EpisodeConfig(**ORACLE, scenario="textbook", seed=SEED, **config),
+        planner=Saying(instruction or Instruction(task=TASKS[1])),
         controller=controller or ControllerDrifts(),
     )
+    episode.world.equip(SLIM_CLIP_APPLIER)
+    episode.guarded_driver.restart(episode.world.target)
+    episode.observation = episode.world.observe()
+    return episode
 
 
 def seconds(time_s):
@@ -153,11 +157,7 @@ def test_a_word_ends_the_stay():
 
 
 def test_a_tasks_time_does_not_run_in_a_hold_and_an_endless_hold_ends():
-    episode = begin(
-        EpisodeConfig(**ORACLE, scenario="textbook", seed=SEED, task_cap_s=3.0),
-        planner=Saying(CLIP),
-        controller=ControllerDrifts(),
-    )
+    episode = episode_of(task_cap_s=3.0)
     running = episode.steps()
     list(islice(running, seconds(1.0)))
     for why in ("stop", "don't clip anything"):
