@@ -36,16 +36,19 @@ class Approach:
         aside: Shift of the place from 0, the usual place, to 2, as far down from the gallbladder as
             clips and cuff allow.
         off_centre_m: Offset of the jaws' middle from the tube, along the tool's y.
+        by_tip: Whether the tip barely reaches over the tube, and so spares what lies behind it.
     """
 
     turn_rad: float = 0.0
     aside: float = 0.0
     off_centre_m: float = 0.0
+    by_tip: bool = False
 
 
 USUAL = Approach()
 APPROACHES = tuple(  # tried in this order, the usual one first
-    Approach(turn_rad=turn, aside=aside, off_centre_m=off_centre)
+    Approach(turn_rad=turn, aside=aside, off_centre_m=off_centre, by_tip=by_tip)
+    for by_tip in (False, True)
     for aside in (0.0, 0.5, 1.0, 2.0)
     for off_centre in (0.0, OFF_CENTRE_M, -OFF_CENTRE_M)
     for turn in (0.0, -0.5, 0.5)

@@ -32,6 +32,20 @@ def sac_room_m(world: World, T_world_tool: Array, tool: str, opening_rad: float)
     return float(np.min((np.abs(y) - outer_face_m(tool, opening_rad, z))[before], initial=np.inf))
 
 
+def side_of_sac(world: World, T_world_tool: Array, tool: str, opening_rad: float) -> float:
+    """Return on which side of the jaws' middle plane most of the gallbladder in their way lies.
+
+    Returns:
+        +1 towards the tool's y, -1 away from it, 0 if none is in the way.
+    """
+    reach_m, width_m = INSTRUMENTS[tool].mouth_m
+    sac = world.tissue.positions()[world.organ.sac_rings.ravel()].astype(float)
+    x, y, z = transform(inverse_pose(T_world_tool), sac).T
+    before = (np.abs(x) < 0.5 * width_m + SAC_MARGIN_M) & (-reach_m < z) & (z < 0.0)
+    met = before & (np.abs(y) < outer_face_m(tool, opening_rad, z))
+    return float(np.sign(y[met].sum()))
+
+
 def firm_room_m(world: World, T_world_tool: Array, tool: str, opening_rad: float) -> float:
     """Return the gap from the open jaws' fingers to firm obstacles; negative if inside.
 

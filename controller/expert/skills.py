@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from controller.expert.approach import STANDOFF_M, clear_approach
-from controller.expert.jaw_room import catches_another, outer_face_m
+from controller.expert.approach import SAC_ROOM_M, STANDOFF_M, clear_approach
+from controller.expert.jaw_room import catches_another, outer_face_m, sac_room_m, side_of_sac
 from controller.expert.motion import Goal, before, distance
 from controller.expert.targets import (
     belongs_here,
@@ -59,6 +59,7 @@ ARRIVED_M, ARRIVED_RAD = 0.0004, 0.06
 ASTRIDE_M, ASTRIDE_RAD = 0.003, 0.3  # so near its place a tool need not come out first; assumed
 PULL_STEP_M, PULL_SPEED_M_S = 0.004, 0.006
 PULL_MIN_N, PULL_MAX_N = 2.0 * GRASP_MIN_TRACTION_N, 2.5  # some is lost as tissue settles
+ASIDE_MAX_N = 1.0  # draws the gallbladder aside: a thin artery bears little more
 SPREAD_SPARE_M, SPREAD_MAX_S, DRAW_MAX_S = 0.0004, 3.0, 3.0
 INSERTION = JOINT_NAMES.index("insertion")
 STAB_MAX_M = 0.002  # the right fingers push no deeper into the gallbladder
@@ -240,6 +241,12 @@ def _close_on(
         goal=partial(_draw, tube),
         done=partial(_drawn, tube),
     )
+    expose = Phase(
+        name="draw the gallbladder aside",
+        arm=LEFT_ARM,
+        goal=lambda w, start: _aside(w, start, target(w), tool, opening),
+        done=lambda w, time_s: _exposed(w, tube, target(w), tool, opening) or time_s > DRAW_MAX_S,
+    )
     stand = go_to(arm, "in front of the tube", lambda w: before(target(w), STANDOFF_M), opening)
     astride = go_to(
         arm, "astride the tube", target, opening, speed_m_s=NEAR_SPEED_M_S, most_s=HELD_OFF_S
@@ -247,7 +254,7 @@ def _close_on(
     shut = Phase(name="close where it belongs", arm=arm, goal=close, done=_snapped)
     if _is_astride(world, tube, target(world), tool):
         return astride, shut, stay(arm)
-    return _from_outside(arm, (draw, stand, astride, shut, stay(arm)), opening, world)
+    return _from_outside(arm, (draw, expose, stand, astride, shut, stay(arm)), opening, world)
 
 
 def _is_astride(world: World, tube: str, T_world_tool: Array, tool: str) -> bool:
@@ -402,6 +409,20 @@ def _drawn(tube: str, world: World, time_s: float) -> bool:
     held = gallbladder_held(world) and not tube_severed(world, tube)
     enough = taut(world.tubes, (tube,)) and traction_n > PULL_MIN_N
     return not held or enough or traction_n > PULL_MAX_N or time_s > DRAW_MAX_S
+
+
+def _aside(world: World, start: Array, T_world_tool: Array, tool: str, opening_rad: float) -> Goal:
+    """Return a step of the grasper that draws the gallbladder out of the right jaws' way."""
+    side = side_of_sac(world, T_world_tool, tool, opening_rad)
+    return _towards(world, start, side * T_world_tool[:3, 1])
+
+
+def _exposed(world: World, tube: str, T_world_tool: Array, tool: str, opening_rad: float) -> bool:
+    """Return whether the right jaws have room for the tube, or the grasper can give no more."""
+    held = gallbladder_held(world) and not tube_severed(world, tube)
+    free = sac_room_m(world, T_world_tool, tool, opening_rad) > SAC_ROOM_M
+    unclear = side_of_sac(world, T_world_tool, tool, opening_rad) == 0.0
+    return free or unclear or not held or world.record.grasp.traction_n > ASIDE_MAX_N
 
 
 def _pulled(world: World, time_s: float) -> bool:

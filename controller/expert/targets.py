@@ -34,6 +34,7 @@ TAUT = 0.990  # chord over length of a tube that is pulled no further; assumed
 MIN_MISSING = (
     0.001  # of a tube's length: keeps the pull's direction when both are straight; assumed
 )
+TIP_OVER_M = 0.0012  # by which a tip must reach over a tube that is pressed flat; assumed
 LIFT = 0.35  # share of the pull towards the endoscope, off the liver; assumed
 
 
@@ -195,6 +196,9 @@ def _on_tube(
 ) -> Array:
     point, along = world.tubes.point(tube, station_m)
     forward = np.cos(approach.turn_rad) * AWAY + np.sin(approach.turn_rad) * LEFT
+    if approach.by_tip:
+        flat_m = 0.5 * np.pi * world.tubes.radius_m(tube)  # half the width of the flattened tube
+        beyond_m = min(beyond_m, flat_m + TIP_OVER_M)
     T = astride(point, along, forward, beyond_m=beyond_m)
     T[:3, 3] += approach.off_centre_m * T[:3, 1]
     return T
