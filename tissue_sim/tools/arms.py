@@ -1,8 +1,8 @@
 """Simulate both patient-side manipulators in SAPIEN: drives, contact, tool exchange, state.
 
-The left arm (row 0) is PSM2 with the grasper. The right arm (row 1) is PSM1 with the clip applier
-or the scissors. Both tools of the right arm always exist; the unmounted tool is parked out of
-reach.
+The left arm (row 0) is PSM2 with the grasper. The right arm (row 1) is PSM1 with a clip applier or
+the scissors. All tools of the right arm always exist; the unmounted tools are parked out of reach,
+all in one place.
 """
 
 from __future__ import annotations
@@ -44,7 +44,7 @@ HOME_JOINTS = np.array([0.0, 0.0, 0.08, 0.0, 0.0, 0.0, 0.35])  # assumed: before
 SOLVER_ITERATIONS = 15  # assumed
 CONTACT_OFFSET_M = 0.002  # assumed: distance from which the simulator tests for contact
 PARKED_SLEEP_J_KG = 1e-6  # kinetic energy over mass; any positive value works
-FIRST_GROUP_BIT = 28  # one bit per articulation, in collision-group word 2
+FIRST_GROUP_BIT = 28  # one bit per arm, in collision-group word 2
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -105,7 +105,7 @@ class _Psm:
     """One articulated arm with one instrument; joints are (7,), with one column for the jaw."""
 
     def __init__(
-        self, scene: sapien.Scene, instrument: Instrument, name: str, group: int, *, render: bool
+        self, scene: sapien.Scene, instrument: Instrument, name: str, arm: int, *, render: bool
     ) -> None:
         self.instrument = instrument
         self.articulation = _load(scene, instrument, render=render)
@@ -113,7 +113,7 @@ class _Psm:
         links = {link.name: link for link in self.articulation.links}
         for link in links.values():
             link.entity.name = f"{name}:{link.name}"
-            _disable_gravity_and_self_collision(link, group)
+            _disable_gravity_and_self_collision(link, arm)
         for joint, drive in zip(self._joints, drives(instrument), strict=True):
             set_drive(joint, drive)
         self._palm = links["palm"]
@@ -178,7 +178,7 @@ def _load(
 
 
 def _disable_gravity_and_self_collision(
-    link: sapien.physx.PhysxArticulationLinkComponent, group: int
+    link: sapien.physx.PhysxArticulationLinkComponent, arm: int
 ) -> None:
     link.disable_gravity = True
     link.set_linear_damping(0.0)
@@ -186,7 +186,7 @@ def _disable_gravity_and_self_collision(
     for shape in link.collision_shapes:
         shape.contact_offset = CONTACT_OFFSET_M
         groups = shape.get_collision_groups()
-        groups[2] |= 1 << (FIRST_GROUP_BIT + group)  # shapes that share a bit never collide
+        groups[2] |= 1 << (FIRST_GROUP_BIT + arm)  # shapes that share a bit never collide
         shape.set_collision_groups(groups)
 
 
@@ -219,10 +219,10 @@ class Arms:
     def __init__(self, scene: sapien.Scene, *, render: bool) -> None:
         self._scene = scene
         self.T_world_rcm = np.stack([port_pose(LEFT_ARM), port_pose(RIGHT_ARM)])
-        self._left = _Psm(scene, INSTRUMENTS[GRASPER], PSM2, 0, render=render)
+        self._left = _Psm(scene, INSTRUMENTS[GRASPER], PSM2, LEFT_ARM, render=render)
         self._right = {
-            name: _Psm(scene, INSTRUMENTS[name], PSM1, 1 + i, render=render)
-            for i, name in enumerate(right_tools())
+            name: _Psm(scene, INSTRUMENTS[name], PSM1, RIGHT_ARM, render=render)
+            for name in right_tools()
         }
         self._left.place(self.T_world_rcm[LEFT_ARM], in_use=True)
         for psm in self._right.values():
