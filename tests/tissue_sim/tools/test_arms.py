@@ -6,7 +6,7 @@ import sapien
 
 from tissue_sim.frames import AWAY, RIGHT, UP, axis_angle, inverse_pose
 from tissue_sim.tools.arms import ASSISTANT, HOME_JOINTS, LIVER, RIGHT_ARM, Arms
-from tissue_sim.tools.instruments import INSTRUMENTS
+from tissue_sim.tools.instruments import INSTRUMENTS, right_tools
 from tissue_sim.tools.psm import forward_kinematics, joint_limits
 
 DT_S = 1 / 120
@@ -327,16 +327,18 @@ def test_saving_does_not_change_the_run(arms, scene):
     np.testing.assert_array_equal(plain, watched)
 
 
-def test_mounting_keeps_joints_and_leaves_the_parked_tool_alone(arms, scene):
+def test_mounting_keeps_joints_and_leaves_all_parked_tools_alone(arms, scene):
     arms.set_joints(home(yaw=0.1, wrist_yaw=0.3))
     before = arms.joints
     arms.mount("scissors")
     assert [tool.name for tool in arms.mounted] == ["grasper", "scissors"]
     np.testing.assert_allclose(arms.joints, before, atol=1e-7)
-    parked = arms.state()["qpos"][1]
+    parked = ~arms.state()["mounted"]
+    before = arms.state()["qpos"][parked]
+    assert len(before) == len(right_tools()) - 1
     wander(arms, scene, 60)
-    np.testing.assert_array_equal(arms.state()["qpos"][1], parked)
-    np.testing.assert_array_equal(arms.state()["qvel"][1], 0.0)
+    np.testing.assert_array_equal(arms.state()["qpos"][parked], before)
+    np.testing.assert_array_equal(arms.state()["qvel"][parked], 0.0)
 
 
 def test_mounting_brings_joints_within_the_new_limits(arms):
