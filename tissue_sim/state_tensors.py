@@ -35,12 +35,13 @@ from tissue_sim.surgery.leak import Leak
 from tissue_sim.surgery.parting import Opening
 from tissue_sim.surgery.record import Conditions, Record
 from tissue_sim.surgery.tear import Tear
+from tissue_sim.tools.clips import ClipKind
 
 SAVED_CLASSES = {
     kind.__name__: kind
     for kind in (
-        Anatomy, Artery, Clip, Conditions, Crossing, Cut, Grasp, Injury, Leak, LimitReading,
-        Opening, Pull, Record, Tear,
+        Anatomy, Artery, Clip, ClipKind, Conditions, Crossing, Cut, Grasp, Injury, Leak,
+        LimitReading, Opening, Pull, Record, Tear,
     )
 }  # fmt: skip
 """The classes that a state holds, by their names in saved states."""

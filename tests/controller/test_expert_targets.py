@@ -40,7 +40,7 @@ from tests.tissue_sim.kinds import APPLIER as POLYMER_APPLIER
 from tests.tissue_sim.kinds import POLYMER
 from tests.tissue_sim.verification.bodies import astride
 from tests.worlds import textbook_world
-from tissue_sim.frames import Array, exponential, inverse_pose
+from tissue_sim.frames import AWAY, Array, exponential, inverse_pose, unit
 from tissue_sim.outcome.clip_rule import FEWEST_CLIPS, cut_room_m, needed_m, spacing_m
 from tissue_sim.outcome.predicates import gap_m
 from tissue_sim.patient.at_risk import AT_RISK
@@ -64,10 +64,13 @@ def world() -> World:
 
 
 def lay_across(world: World, tube: str, over: str, station_m: float) -> None:
-    """Move a tube so that its middle ring is centred on the tube `over`, at a station (m)."""
+    """Lay a tube straight and aslant over the tube `over`; their middles meet at a station (m)."""
     x, rings = world.tissue.positions(), world.organ.rings[tube]
-    there, _ = world.tubes.point(over, station_m)
-    x[rings] += there - x[rings[len(rings) // 2, 0]]
+    there, along = world.tubes.point(over, station_m)
+    way = unit(unit(np.cross(along, AWAY)) + 0.3 * along)
+    steps = (np.arange(len(rings)) - len(rings) // 2)[:, None]
+    line = there + world.tubes.ring_spacing_m(tube) * steps * way
+    x[rings] += (line - x[rings[:, 0]])[:, None]
 
 
 @pytest.mark.parametrize("tube", TUBES)

@@ -14,10 +14,14 @@ STEPS = 900
 
 
 def record(path, config):
-    """Stop an episode after its first exchange; return its recording and the world at the end."""
+    """Return the recording of an episode's start and the world at its end.
+
+    The nurse brings a tool, its clip is dropped, the nurse loads another one, and that is dropped,
+    too; soon afterwards the episode stops.
+    """
     inbox = Inbox()
     episode = begin(config, inbox=inbox)
-    exchanged, stop = False, STEPS
+    exchanged, exchanges, stop = False, 0, STEPS
     with Recorder(config=config, path=path) as recorder:
         recorder.on_reset(episode.world)
         for k, step in enumerate(episode.steps()):
@@ -25,7 +29,8 @@ def record(path, config):
             _interfere(k, inbox, episode.world)
             if exchanged and not step.exchange:
                 inbox.disturb(MANUAL["drop the clip"])
-                stop = min(stop, k + 20)
+                exchanges += 1
+                stop = k + 20 if exchanges == 2 else stop
             exchanged = step.exchange
             if k == stop:
                 break

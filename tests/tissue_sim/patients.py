@@ -13,6 +13,7 @@ from tissue_sim.surgery.cut import BLADE_LENGTH_M, Cut, sever
 from tissue_sim.tools.clips import ClipKind
 
 SETTLE_STEPS, HALF_SECOND = 45, 30
+STRENGTHS = ("tie_strength", "anchor_strength")  # no part of a state; some tests change them
 _SETTLED: dict[int, tuple[Tubes, dict[str, np.ndarray]]] = {}
 
 
@@ -24,9 +25,12 @@ def settled(seed: int) -> Tubes:
         tissue = Tissue([organ], stiffness_scale=[patient.stiffness_scale])
         for _ in range(SETTLE_STEPS):
             tissue.step()
-        _SETTLED[seed] = Tubes(tissue, organ), tissue.state()
+        strengths = {name: tissue.host(name).copy() for name in STRENGTHS}
+        _SETTLED[seed] = Tubes(tissue, organ), tissue.state() | strengths
     tubes, state = _SETTLED[seed]
     tubes.tissue.restore(state)
+    for name in STRENGTHS:
+        tubes.tissue.host(name)[:] = state[name]
     return Tubes(tubes.tissue, tubes.organ)
 
 

@@ -1,8 +1,8 @@
 """Simulate both patient-side manipulators in SAPIEN: drives, contact, tool exchange, state.
 
 The left arm (row 0) is PSM2 with the grasper. The right arm (row 1) is PSM1 with a clip applier or
-the scissors. All tools of the right arm always exist; unmounted tools are parked out of reach, in
-one place, and never collide with each other.
+the scissors. All tools of the right arm always exist; the unmounted tools are parked out of reach,
+all in one place.
 """
 
 from __future__ import annotations
@@ -44,7 +44,7 @@ HOME_JOINTS = np.array([0.0, 0.0, 0.08, 0.0, 0.0, 0.0, 0.35])  # assumed: before
 SOLVER_ITERATIONS = 15  # assumed
 CONTACT_OFFSET_M = 0.002  # assumed: distance from which the simulator tests for contact
 PARKED_SLEEP_J_KG = 1e-6  # kinetic energy over mass; any positive value works
-FIRST_GROUP_BIT = 28  # one bit per arm with all its tools, in collision-group word 2
+FIRST_GROUP_BIT = 28  # one bit per arm, in collision-group word 2
 
 
 @dataclass(frozen=True, kw_only=True)

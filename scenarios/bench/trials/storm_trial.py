@@ -90,9 +90,14 @@ class StormSample:
 
 
 def run_trial(seed: int) -> StormTrial:
-    """Run the storm, release, rest, and judge; the seed gives the patient and the storm."""
+    """Run a storm on a patient; the seed gives both."""
     world = World()
     world.reset(anatomy_from_seed(seed))
+    return trial_on(world, seed)
+
+
+def trial_on(world: World, seed: int) -> StormTrial:
+    """Run the seed's storm on a patient as it lies there, release, rest, and judge."""
     springs = _springs(world)
     first = _measure(world)
     stormy = list(_follow(world, islice(storm(world, seed), _steps(world, STORM_S))))

@@ -27,7 +27,8 @@ def recorded(request, tmp_path_factory):
 
 def test_arms_and_tissue_are_the_same_bit_for_bit(recorded):
     recording, world, _ = recorded
-    assert np.diff(recording.arrays["clip_loaded"]).max() == 1  # the nurse came
+    assert np.diff(recording.arrays["right_tool"]).any()  # the nurse brought a tool,
+    assert np.diff(recording.arrays["clip_loaded"]).max() == 1  # and a clip
     rerun = CommandRerun(recording)
     assert not any(rerun.steps())
     np.testing.assert_array_equal(rerun.world.tissue.positions(), world.tissue.positions())

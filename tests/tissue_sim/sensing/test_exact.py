@@ -184,14 +184,14 @@ def test_a_shaft_is_off_its_remote_centre_by_what_is_square_to_it(
 
 
 def press(world: World, arm: int, direction: Array) -> Observation:
-    """Push a closed tool 9 mm straight towards the axis of the infundibulum, from 12 mm off it."""
+    """Push a closed tool straight onto the axis of the infundibulum, from 12 mm off it."""
     target = world.tissue.positions()[world.organ.sac_rings[3, 0]].astype(float)
     T = world.arms.T_world_tool()[arm]
     tool, joints = world.arms.mounted[arm], world.arms.joints
     joints[:, 6] = 0.0
     T_rcm_world = inverse_pose(world.arms.T_world_rcm[arm])
     observation = world.observe()
-    for k, off_m in enumerate(np.linspace(0.012, 0.003, 12)):
+    for k, off_m in enumerate(np.linspace(0.012, 0.0, 16)):
         T[:3, 3] = target - off_m * direction
         joints[arm, :6] = inverse_kinematics(T_rcm_world @ T, tool, joints[arm, :6])
         if k == 0:
