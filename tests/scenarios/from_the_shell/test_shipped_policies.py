@@ -1,6 +1,4 @@
-"""Tests of what comes with Calot: it operates by default; a checkpoint that is missing or of
-another world is refused.
-"""
+"""Tests of what comes with Calot: it operates; a missing or another world's file is refused."""
 
 import json
 from pathlib import Path
