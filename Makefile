@@ -28,12 +28,12 @@ help:
 	@echo "make lock    resolve requirements.lock again"
 
 demo: .venv/.ready
-	sees="cameras --video $(DEMO)/endoscope.mp4 --overlay --captions"
+	shows="--video $(DEMO)/endoscope.mp4 --captions"
 	if ! $(BIN)/python -c "from tissue_sim.rendering import renderer; exit(not renderer.renderer_available())"; then
-	  echo "There is no renderer here (make cameras fetches one): a model of the cameras replaces them."
-	  sees=tracked
+	  echo "There is no renderer here, so there is no video (make cameras fetches one)."
+	  shows=
 	fi
-	$(BIN)/calot run --sense $$sees --out $(DEMO)
+	$(BIN)/calot run $$shows --out $(DEMO)
 
 cameras: .venv/.ready
 	@bash tissue_sim/rendering/fetch_renderer.sh $(BIN)/python

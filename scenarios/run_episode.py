@@ -162,6 +162,7 @@ def result_of(episode: Episode, start_s: float) -> EpisodeResult:
         safety=_safety(episode),
         rules=rule_uses_of(*policies.values()),
         anatomy_hash=judged.anatomy_hash,
+        tubes=judged.tubes,
     )
 
 
@@ -174,6 +175,7 @@ class Judgement:
     injuries: tuple[InjuryResult, ...]
     peaks: tuple[PeakResult, ...]
     anatomy_hash: str
+    tubes: tuple[str, ...]
 
 
 def judge(world: World, *, complete: bool) -> Judgement:
@@ -190,6 +192,7 @@ def judge(world: World, *, complete: bool) -> Judgement:
         ),
         peaks=_peaks(world),
         anatomy_hash=world.anatomy.hash,
+        tubes=tuple(world.anatomy.tubes),
     )
 
 

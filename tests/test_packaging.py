@@ -9,6 +9,7 @@ from pathlib import Path
 import pytest
 
 from scenarios.cli import main
+from scenarios.loop.episode_config import EpisodeConfig
 
 ROOT = Path(__file__).parents[1]
 
@@ -26,7 +27,7 @@ def test_every_dependency_has_a_lower_bound():
 
 @pytest.mark.slow
 def test_a_wheel_works_from_another_directory(tmp_path):
-    """Run an episode of the learned stack from the wheel, which holds its weights and tables."""
+    """Run an episode of the default stack from the wheel, which holds its weights and tables."""
     built = [sys.executable, "-m", "pip", "wheel", "--no-deps", "--no-build-isolation"]
     subprocess.run([*built, "--wheel-dir", tmp_path, ROOT], check=True, capture_output=True)
     (wheel,) = tmp_path.glob("calot-*.whl")
@@ -52,4 +53,4 @@ def test_a_wheel_works_from_another_directory(tmp_path):
         text=True,
         check=False,
     )
-    assert run.stdout.strip().splitlines()[-1] == "diffusion None", run.stderr
+    assert run.stdout.strip().splitlines()[-1] == f"{EpisodeConfig.controller} None", run.stderr

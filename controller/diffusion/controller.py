@@ -151,7 +151,7 @@ def _faded(old: Array, new: Array) -> Array:
 def load_controller(
     checkpoint: str | Path | None = None, seed: int = 0, *, alone: bool = False
 ) -> ControllerDiffusion:
-    """Return the controller of a checkpoint, by default the one shipped with Calot.
+    """Return the controller of a checkpoint, by default of the shipped one, if any.
 
     Raises:
         CheckpointError: There is no checkpoint, or the checkpoint does not fit.

@@ -126,7 +126,7 @@ def _in_sight(
 
 
 def load_perception(checkpoint: str | Path | None = None) -> Perception:
-    """Return the perception of a checkpoint, by default the one that comes with Calot.
+    """Return the perception of a checkpoint, by default the one that comes with Calot, if any.
 
     Raises:
         CheckpointError: There is no checkpoint, or the checkpoint does not fit.

@@ -1,4 +1,4 @@
-"""Measure the speed of the learned stack, stage by stage, and how long it takes to start."""
+"""Measure the speed of the default stack, stage by stage, and how long it takes to start."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ def bench_stack(*, seed: int, steps: int) -> tuple[Table | str, ...]:
         n * loop.episode.world.config.control_step_s,
     )
     return (
-        _table(stopwatch, f"learned stack, seed {seed}, {n} control steps"),
+        _table(stopwatch, f"default stack, seed {seed}, {n} control steps"),
         f"speed: {lasts_s / sum(stopwatch.whole_s):.2f} times real time (mean),"
         f" {lasts_s / cpu_s:.2f} times by CPU time; {cores:.2f} cores busy",
         f"start: {_start_s(seed):.2f} s from a fresh process to the first control step",

@@ -34,16 +34,15 @@ class EpisodeOptions:
     controller: Annotated[str, policy_of(CONTROLLERS)] = EpisodeConfig.controller
     """Who moves the arms; expert reads the hidden state, likewise."""
     checkpoint: Annotated[Path | None, arg(metavar="FILE")] = None
-    """Checkpoint of a learned controller; the default is the one that comes with Calot."""
+    """Checkpoint of a learned controller; none of this world version comes with Calot yet."""
     planner_checkpoint: Annotated[Path | None, arg(metavar="FILE")] = None
-    """Checkpoint of a learned planner; the default is the one that comes with Calot."""
+    """Checkpoint of a learned planner, likewise."""
     sense: Annotated[str | None, policy_of(SENSES)] = None
     """How everybody who acts observes: exact is simulator state, which no robot has; tracked is a
     model of cameras and encoders; cameras perceives pictures, and needs a renderer. The default is
     tracked, for the oracle exact."""
     perception_checkpoint: Annotated[Path | None, arg(metavar="FILE")] = None
-    """Checkpoint of the perception, for --sense cameras or endoscope; the default is the one that
-    comes with Calot."""
+    """Checkpoint of the perception, for --sense cameras or endoscope, likewise."""
     cameras: Annotated[tuple[str, ...], arg(metavar="NAME ...")] = ()
     """Cameras whose pictures (320x240) the controller gets besides what --sense tells."""
     procedure: Annotated[str, policy_of(PROCEDURES, "MODULE:PROCEDURE")] = EpisodeConfig.procedure

@@ -22,7 +22,7 @@ class BenchController(Measurement):
 
     bench: ClassVar[str] = "scenarios.bench.controller:bench_controller"
     checkpoint: Annotated[Path | None, arg(metavar="FILE")] = None
-    """Checkpoint; the default is the one that comes with Calot."""
+    """Checkpoint; none of this world version comes with Calot yet."""
     seed: Annotated[int, at_least(0, MOST_SEED)] = 10_000
     """Seed of the anatomy of the episodes."""
     repeats: Annotated[int, at_least(1)] = 300
@@ -37,7 +37,7 @@ class BenchPlanner(Measurement):
 
     bench: ClassVar[str] = "scenarios.bench.planner:bench_planner"
     planner_checkpoint: Annotated[Path | None, arg(metavar="FILE")] = None
-    """Checkpoint; the default is the one that comes with Calot."""
+    """Checkpoint; none of this world version comes with Calot yet."""
     data: tuple[Path, ...] = (Path("runs/held_out"),)
     """Folders of rollouts, as `calot collect --mix rollouts` writes them."""
 

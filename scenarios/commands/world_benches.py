@@ -24,7 +24,7 @@ class BenchWorld(Measurement):
 
 @dataclass(frozen=True, kw_only=True)
 class BenchStack(Measurement):
-    """Time each stage of the learned stack on one core, and its start."""
+    """Time each stage of the default stack on one core, and its start."""
 
     bench: ClassVar[str] = "scenarios.bench.stack:bench_stack"
     seed: Annotated[int, at_least(0, MOST_SEED)] = 10_003

@@ -61,7 +61,7 @@ class PlannedDemonstration:
             variant.
         noise: Whether bursts of noise disturb the motion.
         checkpoint: Checkpoint of the learned controller that takes turns with the expert, or acts
-            alone; "" is the one that comes with Calot.
+            alone; "" is the one that comes with Calot, if there is one.
         planner: Checkpoint of the learned planner; "" for the scripted planner.
         sense: A key of `scenarios.catalogue.SENSES`.
         cameras: Names of cameras (`tissue_sim.sensing.glance`); () films nothing.

@@ -38,7 +38,8 @@ class Stack:
         controller: A key of `scenarios.catalogue.CONTROLLERS`, or MODULE:FACTORY.
         sense: A key of `scenarios.catalogue.SENSES`, or MODULE:FACTORY: how planner, controller and
             filter observe the world.
-        checkpoint: File of a learned controller; None for the one that comes with Calot.
+        checkpoint: File of a learned controller; None for the one that comes with Calot,
+            if there is one.
         planner_checkpoint: File of a learned planner; None likewise.
         perception_checkpoint: File of the perception, for the senses "cameras" and "endoscope";
             None likewise.

@@ -14,6 +14,7 @@ from planner.rules.rule_use import RuleUse
 from scenarios.files.strict_json import dumps
 from scenarios.files.sums import digest_of
 from scenarios.files.versions import versions
+from tissue_sim.patient.tube_names import USUAL_TUBES
 
 Outcome = Literal["passed", "failed", "called", "error"]
 
@@ -186,6 +187,7 @@ class EpisodeResult:
         peaks: How near each limited quantity came to its limit; empty if an older version wrote the
             result.
         anatomy_hash: Identifies the anatomy; None if the episode broke off before it was made.
+        tubes: The patient's tubes, by their names in the endoscope's view.
         sense: The sense of planner, controller and filter, a key of `catalogue.SENSES`.
         sensing: Errors of the observations; None for the exact state, or if the episode broke off.
         privileged: Which of "planner" and "controller" also read the hidden state.
@@ -213,6 +215,7 @@ class EpisodeResult:
     peaks: tuple[PeakResult, ...] = ()
     safety: SafetyResult = SafetyResult()
     anatomy_hash: str | None = None
+    tubes: tuple[str, ...] = USUAL_TUBES
     sense: str = "exact"
     sensing: SensingResult | None = None
     privileged: tuple[str, ...] = ()

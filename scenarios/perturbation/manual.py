@@ -1,4 +1,4 @@
-"""Disturbances that a person can apply by a button."""
+"""The effects of disturbances that a person can apply by a button (`perturbations.MANUAL`)."""
 
 from __future__ import annotations
 
@@ -8,23 +8,12 @@ import numpy as np
 
 from planner.procedure.task import Task
 from scenarios.perturbation.effect import Effect, Once
-from scenarios.perturbation.perturbation import AtTime, Perturbation, table
 from tissue_sim.frames import RIGHT, Array
 
 if TYPE_CHECKING:
     from tissue_sim.world import World
 
 NUDGE_S = 1.5  # there and back, assumed
-
-# fmt: off
-MANUAL: dict[str, Perturbation] = {p.name: p for p in table(
-    ("nudge the tissue", "manual:Nudge", 0.006, 0.02, "m",
-     "the body is pushed aside and swings back"),
-    ("drop the clip", "manual:Drop", 1.0, 1.0, "clips", "the applier loses its clip"),
-    ("shift the camera", "picture:CameraShift", 0.006, 0.02, "m", "the endoscope is bumped aside"),
-    at=AtTime(time_s=0.0),
-)}
-# fmt: on
 
 
 class Nudge(Effect):

@@ -1,6 +1,6 @@
 """Every perturbation, with its default magnitude."""
 
-from scenarios.perturbation.perturbation import table
+from scenarios.perturbation.perturbation import AtTime, Perturbation, table
 
 # fmt: off
 AT_TASKS = table(
@@ -71,4 +71,13 @@ PICTURES = table(
      "cameras", "the wrists' cameras are off, first the right one"),
 )
 """Faults of the pictures, for the sense `cameras`; another sense refuses them."""
+
+MANUAL: dict[str, Perturbation] = {p.name: p for p in table(
+    ("nudge the tissue", "manual:Nudge", 0.006, 0.02, "m",
+     "the body is pushed aside and swings back"),
+    ("drop the clip", "manual:Drop", 1.0, 1.0, "clips", "the applier loses its clip"),
+    ("shift the camera", "picture:CameraShift", 0.006, 0.02, "m", "the endoscope is bumped aside"),
+    at=AtTime(time_s=0.0),
+)}
+"""Disturbances that a person can apply by a button, by the words on it."""
 # fmt: on

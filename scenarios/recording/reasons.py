@@ -23,9 +23,9 @@ def reason(result: EpisodeResult) -> str | None:
 
 
 def first_not_done(result: EpisodeResult) -> str | None:
-    """Return the words of the procedure's first task that was not done; None if all are done."""
+    """Return the words of the patient's first task that was not done; None if all are done."""
     done = {task.index for task in result.tasks if task.is_over}
-    tasks = procedure_named(result.procedure).tasks
+    tasks = procedure_named(result.procedure).tasks_with(result.tubes)
     return next((task.text for task in tasks if task.index not in done), None)
 
 

@@ -19,7 +19,7 @@ from scenarios.files.errors import describe_error
 from scenarios.files.strict_json import plain
 from scenarios.loop.episode_config import EpisodeConfig
 from scenarios.perturbation.effects import Effects
-from scenarios.perturbation.manual import MANUAL
+from scenarios.perturbation.perturbations import MANUAL
 from scenarios.recording.recorder import Recording, recomputed
 from scenarios.run_episode import anatomy_of, judge
 from tissue_sim.tools.arms import JointCommand

@@ -18,7 +18,7 @@ from scenarios.loop.observer import Observer
 from scenarios.loop.person.guided_arm import GuidedArm
 from scenarios.loop.person.inbox import Inbox
 from scenarios.loop.policies import require_factory
-from scenarios.perturbation.manual import MANUAL
+from scenarios.perturbation.perturbations import MANUAL
 from scenarios.recording.attempt import attempt_episode
 from scenarios.recording.recorder import Recording, load
 from scenarios.recording.rerun_commands import config_of

@@ -21,7 +21,7 @@ from planner.instruction import Source
 from scenarios.catalogue import CHOLECYSTECTOMY, PROCEDURES, procedure_named
 from scenarios.loop.episode_config import EpisodeConfig
 from scenarios.loop.results import EpisodeResult
-from scenarios.perturbation.manual import MANUAL
+from scenarios.perturbation.perturbations import MANUAL
 from tissue_sim.constants import CONTROL_HZ
 from tissue_sim.tools.instruments import right_tools
 

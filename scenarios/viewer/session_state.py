@@ -20,7 +20,7 @@ from scenarios.loop.episode_config import EpisodeConfig
 from scenarios.loop.person.guided_arm import GuidedArm
 from scenarios.loop.person.inbox import Inbox
 from scenarios.loop.results import EpisodeResult
-from scenarios.perturbation.manual import MANUAL
+from scenarios.perturbation.perturbations import MANUAL
 from scenarios.recording.event_log import EpisodeStatus
 from scenarios.viewer.frame import Frame, Patient
 from scenarios.viewer.pace import Pace

@@ -5,7 +5,7 @@ import numpy as np
 from planner.command import COMMANDS
 from scenarios.loop.person.guided_arm import GuidedArm
 from scenarios.loop.person.inbox import Inbox
-from scenarios.perturbation.manual import MANUAL
+from scenarios.perturbation.perturbations import MANUAL
 from scenarios.recording.recorder import Recorder, load
 from scenarios.run_episode import begin
 from tissue_sim.tools.arms import LEFT_ARM

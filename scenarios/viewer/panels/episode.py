@@ -8,7 +8,7 @@ import viser
 
 from scenarios.catalogue import SCENARIOS, SENSE_OF
 from scenarios.files.outside_text import visible
-from scenarios.perturbation.manual import MANUAL
+from scenarios.perturbation.perturbations import MANUAL
 from scenarios.viewer.pace import Pace
 from scenarios.viewer.panels.panel import Panel, asking, pad
 from scenarios.viewer.session_state import Asks, SessionState, State

@@ -10,6 +10,7 @@ from planner.learned.features import N_CORRECTIONS, N_TASKS
 from planner.learned.rollout import NOT_SAID, Rollout
 from tissue_sim.constants import CONTROL_HZ
 from tissue_sim.sensing.observation import VECTOR_SIZE, fields
+from tissue_sim.tools.instruments import right_tools
 
 TASK_STEPS = 2 * CONTROL_HZ
 
@@ -28,9 +29,10 @@ def rollout(seed: int = 0, tasks: int = N_TASKS) -> Rollout:
     seen["tubes_m"][:, :, 0] = seen["tubes_m"][0, :, 0]
     seen["third_tube"][:] = 0.0
     seen["sac_m"][:, 0, 0] = 0.01 * task
-    for name in ("n_clips", "clip_loaded", "right_tool", "hidden"):
+    for name in ("n_clips", "clip_loaded", "hidden"):
         seen[name][:] = 1.0
     seen["severed"][:], seen["rest_length_m"][:], seen["rest_length_std_m"][:] = 0.0, 0.03, 0.0
+    seen["right_tool"][:] = np.eye(len(right_tools()))[0]
     seen["clips_m"] += 1.0  # on neither tube
     seen["forces_n"][:, 0, 0] = wanted
     return Rollout(

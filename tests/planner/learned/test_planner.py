@@ -200,7 +200,7 @@ def carried(states: np.ndarray) -> np.ndarray:
     ways[0] = 0.0
     parts = fields(moved)  # views
     for name in POINTS:
-        parts[name] += ways
+        parts[name] += ways if name != "tubes_m" else ways[:, None]
     parts["tips_endoscope"][..., 3] += ways
     return moved
 

@@ -29,6 +29,7 @@ from tests.scenarios.evaluation.made_up import (
     plan,
     results_of,
 )
+from tissue_sim.patient.tube_names import TUBES
 
 
 def judge(case: Case):
@@ -253,6 +254,8 @@ def test_the_reason_is_the_first_thing_that_went_wrong():
     unhurt = replace(failed, injuries=())
     assert reason(unhurt) == "not done: going back first clip right tube"
     assert reason(replace(passed, success=False)) == NOT_HOLDING
+    with_third = replace(passed, success=False, tubes=TUBES)
+    assert reason(with_third) == "not done: clipping first clip third tube"
     assert reason(replace(failed, error="ValueError")) is None
     assert in_detail(passed).startswith("passed in ")
     assert in_detail(failed).startswith("failed: liver force")

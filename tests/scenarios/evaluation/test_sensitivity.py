@@ -11,6 +11,7 @@ from scenarios.evaluation.report import report_of
 from scenarios.evaluation.sensitivity import FACTORS, passes, sensitivity, threshold_of
 from scenarios.loop.results import CallResult, InjuryResult, PeakResult, summarise
 from tests.scenarios.evaluation.made_up import MADE_WITH, NOWHERE, episode, plan, results_of
+from tissue_sim.patient.tube_names import TUBES
 from tissue_sim.patient.variants import patient_of
 from tissue_sim.surgery import abuses, injuries
 from tissue_sim.surgery.injury import LimitReading
@@ -102,6 +103,8 @@ def test_the_crush_of_any_tube_counts_against_one_limit(crush, traction, passed)
 def test_what_was_not_completed_does_not_pass_however_lax_the_limit():
     result = with_demands({"traction": 1.5}, complete=False)
     assert not any(passes(result, "traction", factor) for factor in FACTORS)
+    without_third = replace(with_demands({"traction": 1.5}), tubes=TUBES)
+    assert not any(passes(without_third, "traction", factor) for factor in FACTORS)
 
 
 def test_an_injury_without_tolerance_is_never_forgiven():

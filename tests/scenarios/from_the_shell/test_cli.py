@@ -32,6 +32,7 @@ HEAVY = (
     "fcl",
     "ray",
 )
+DIFFUSION = ("run", "--controller", "diffusion")
 
 
 @pytest.mark.parametrize(
@@ -72,8 +73,9 @@ HEAVY = (
         (["view", "--cameras", "ceiling"], ["--cameras", "ceiling", "wrist_left"]),
         (["view", "--host", "nowhere.invalid"], ["--host nowhere.invalid", "an address of this"]),
         (["view", "--port", "70000"], ["--port 70000", "no port is above 65535"]),
-        (["run", "--checkpoint", "."], ["--checkpoint", "it is a folder"]),
-        (["run", "--checkpoint", "none"], ["--checkpoint", "none", "there is no such file"]),
+        ([*DIFFUSION, "--checkpoint", "."], ["--checkpoint", "it is a folder"]),
+        ([*DIFFUSION, "--checkpoint", "none"], ["--checkpoint", "none", "there is no such file"]),
+        (["run", "--checkpoint", "none"], ["--checkpoint", "'expert' takes none", "diffusion"]),
         (["run", "--view", "--workers", "2"], ["--view", "--workers 1", "got --workers 2"]),
         (["run", "--video", "v.mp4", "--cluster", "h:1"], ["--video", "got --cluster h:1"]),
         (["train", "controller", "--data"], ["--data: name a folder"]),

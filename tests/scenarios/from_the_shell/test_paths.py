@@ -30,8 +30,8 @@ READERS = [
     ["replay"],
     ["replay", "--verify"],
     ["run", "--instruct"],
-    ["run", "--checkpoint"],
-    ["run", "--planner-checkpoint"],
+    ["run", "--controller", "diffusion", "--checkpoint"],
+    ["run", "--planner", "learned", "--planner-checkpoint"],
     ["train", "planner", "--data"],
     ["train", "controller", "--base"],
 ]

@@ -21,7 +21,7 @@ CONTRACT: dict[str, set[str]] = {  # what results.json promises its readers
         *("success", "call", "error", "tasks"),
         *("procedure_time_s", "exchange_time_s", "wall_s", "corrections"),
         *("dropped_clips", "injuries", "peaks", "safety"),
-        *("anatomy_hash", "act", "rules", "procedure"),
+        *("anatomy_hash", "tubes", "act", "rules", "procedure"),
     },
     "task": {
         *("index", "instruction", "success", "time_s", "corrections"),

@@ -1,4 +1,4 @@
-"""Tests of what comes with Calot: by default it operates; of another world, it is refused."""
+"""Tests of what comes with Calot: it operates; a missing or another world's file is refused."""
 
 import json
 from pathlib import Path
@@ -7,54 +7,95 @@ import pytest
 from safetensors import safe_open
 from safetensors.torch import load_file, save_file
 
-from controller.diffusion import policy as of_controller
-from controller.perception import checkpoint as of_perception
-from planner.learned import network as of_planner
 from scenarios.catalogue import ORACLE
 from scenarios.cli import main
 from scenarios.commands.policy_options import say_who_acts
 from scenarios.loop.episode_config import EpisodeConfig
 from tests.scenarios.example_results import read_results
+from tests.stand_ins import LEARNERS, TRAINED, needs_trained
 from tissue_sim.constants import WORLD_VERSION
 
 MOST_BYTES = 20_000_000
-SHIPPED = {
-    "--planner-checkpoint": (of_planner.CHECKPOINTS.shipped, ["--planner", "learned"]),
-    "--checkpoint": (of_controller.CHECKPOINTS.shipped, ["--controller", "diffusion"]),
-    "--perception-checkpoint": (of_perception.CHECKPOINTS.shipped, ["--sense", "cameras"]),
+USES = {
+    "planner": ["--planner", "learned"],
+    "controller": ["--controller", "diffusion"],
+    "perception": ["--sense", "cameras"],
+}
+OPTIONS = {
+    "planner": "--planner-checkpoint",
+    "controller": "--checkpoint",
+    "perception": "--perception-checkpoint",
 }
 OPERABLE = 10_707  # a tuning patient
 
 
-@pytest.mark.parametrize("option", SHIPPED)
-def test_their_files_are_small_enough_to_be_shipped(option):
-    assert SHIPPED[option][0].stat().st_size <= MOST_BYTES
+@pytest.mark.parametrize("learner", LEARNERS)
+def test_their_files_are_small_enough_to_be_shipped(learner):
+    """Check the shipped file, or until there is one an untrained network of the same sizes."""
+    assert LEARNERS[learner].shipped.stat().st_size <= MOST_BYTES
 
 
-@pytest.mark.parametrize("option", SHIPPED)
-def test_of_another_world_they_are_refused_in_one_line(option, tmp_path, capsys):
-    shipped, words = SHIPPED[option]
-    other = of_another_world(shipped, tmp_path / "other.safetensors")
-    assert main(["run", *words, option, str(other)]) == 2
+@pytest.mark.parametrize("learner", LEARNERS)
+def test_of_another_world_they_are_refused_in_one_line(learner, tmp_path, capsys):
+    other = of_another_world(LEARNERS[learner].shipped, tmp_path / "other.safetensors")
+    assert main(["run", *USES[learner], OPTIONS[learner], str(other)]) == 2
     out, err = capsys.readouterr()
     assert not out
     assert err.count("\n") == 1
     assert f"world version {WORLD_VERSION - 1}, but here it is {WORLD_VERSION}" in err
 
 
-def test_by_default_planner_and_controller_do_most_of_a_procedure(tmp_path):
-    assert main(["run", "--seed", str(OPERABLE), "--out", str(tmp_path)]) in (0, 1)
+@pytest.mark.parametrize("learner", LEARNERS)
+def test_where_none_is_shipped_one_line_says_how_to_make_one(learner, tmp_path, capsys):
+    learner_of, missing = LEARNERS[learner], tmp_path / "none.safetensors"
+    stand_in = learner_of.shipped
+    object.__setattr__(learner_of, "shipped", missing)
+    try:
+        assert main(["run", *USES[learner]]) == 2
+    finally:
+        object.__setattr__(learner_of, "shipped", stand_in)
+    out, err = capsys.readouterr()
+    assert not out
+    none = f"none of world version {WORLD_VERSION} comes with Calot"
+    made = f"`calot train {learner}` makes one to name"
+    assert err == f"calot: {OPTIONS[learner]}: {none}: {made}\n"
+
+
+def test_by_default_a_procedure_passes(tmp_path):
+    assert main(["run", "--seed", str(OPERABLE), "--out", str(tmp_path)]) == 0
+    (episode,) = read_results(tmp_path / "results.json")
+    assert episode.outcome == "passed"
+    assert (episode.planner, episode.controller, episode.sense) == tuple(ORACLE.values())
+
+
+@needs_trained
+def test_learned_planner_and_controller_do_most_of_a_procedure(tmp_path):
+    words = ["run", *USES["planner"], *USES["controller"], "--seed", str(OPERABLE)]
+    assert main([*words, "--out", str(tmp_path)]) in (0, 1)
     (episode,) = read_results(tmp_path / "results.json")
     assert episode.error is None
     assert episode.sense == "tracked"
     assert sum(task.success for task in episode.tasks) >= 9
 
 
+@needs_trained
 def test_without_a_choice_nobody_is_privileged(capsys):
-    say_who_acts(EpisodeConfig().planner, EpisodeConfig().controller, EpisodeConfig().sense)
-    said = capsys.readouterr().err
+    said = said_by_default(capsys)
     assert "planner: learned; controller: diffusion\n" in said
     assert "sense: tracked: " in said
+
+
+@pytest.mark.skipif(TRAINED, reason="learned policies are trained, so that they are the default")
+def test_until_policies_are_trained_the_defaults_say_that_they_are_privileged(capsys):
+    said = said_by_default(capsys)
+    assert "planner: scripted (privileged" in said
+    assert "controller: expert (privileged" in said
+    assert "sense: tracked: " in said
+
+
+def said_by_default(capsys: pytest.CaptureFixture[str]) -> str:
+    say_who_acts(EpisodeConfig().planner, EpisodeConfig().controller, EpisodeConfig().sense)
+    return capsys.readouterr().err
 
 
 def test_the_oracle_says_that_it_is_privileged(capsys):

@@ -129,7 +129,7 @@ def test_calot_run_finds_a_policy_in_the_users_folder(tmp_path, monkeypatch, cap
     words += ["--scenario", "textbook"]
     assert main(words) == 3
     (result,) = read_results(tmp_path / "out" / "results.json")
-    assert (result.planner, result.controller) == ("learned", "my_still:Still")
+    assert (result.planner, result.controller) == (EpisodeConfig.planner, "my_still:Still")
     said = capfd.readouterr().err
     assert "controller: my_still:Still" in said
     assert "sense: tracked" in said

@@ -92,6 +92,7 @@ def test_the_file_has_the_agreed_names(tmp_path):
         "peaks",
         "safety",
         "anatomy_hash",
+        "tubes",
         "sense",
         "sensing",
         "privileged",

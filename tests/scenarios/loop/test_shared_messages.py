@@ -76,7 +76,7 @@ def listened(sense: str, **config: object) -> tuple[Listener, Episode, list]:
 @pytest.mark.parametrize("sense", SENSES)
 def test_no_array_that_policies_and_observers_get_can_be_written_into(sense):
     listener, episode, steps = listened(sense)
-    assert len(list(arrays_in(episode.observation, "observation"))) >= 19
+    assert len(list(arrays_in(episode.observation, "observation"))) == 18
     assert any("T_world_endoscope" in name for name, _ in arrays_in(steps[0].exact, "exact"))
     assert any("ahead[0].jaw_rad" in name for name, _ in arrays_in(steps[0], "step"))
     assert writable_in(listener.told) == []

@@ -18,8 +18,9 @@ from scenarios.perturbation.body import (
     WideTubes,
 )
 from scenarios.perturbation.effects import Effects
-from scenarios.perturbation.manual import MANUAL, NUDGE_S
+from scenarios.perturbation.manual import NUDGE_S
 from scenarios.perturbation.perturbation import AtTask, AtTime
+from scenarios.perturbation.perturbations import MANUAL
 from scenarios.perturbation.slips import GRASP_SLIPS_S
 from tests.scenarios.perturbation.episodes import SEED, disturbed, perturbation
 from tests.worlds import textbook_world

@@ -8,7 +8,8 @@ import pytest
 from scenarios.catalogue import ORACLE
 from scenarios.loop.episode_config import EpisodeConfig
 from scenarios.loop.person.inbox import Inbox
-from scenarios.perturbation.manual import MANUAL, NUDGE_S
+from scenarios.perturbation.manual import NUDGE_S
+from scenarios.perturbation.perturbations import MANUAL
 from scenarios.run_episode import begin
 
 STEP_S = 1 / 30

@@ -108,6 +108,7 @@ DIFFERENT = {
     "dropped_clips": result(dropped_clips=3),
     "peaks": result(peaks=[]),
     "anatomy_hash": result(anatomy_hash="0123456789ab"),
+    "tubes": result(tubes=["left", "right", "third"]),
     "right_tool": put("right_tool", slice(3, None), 1),
 }
 

@@ -12,7 +12,7 @@ from controller.dataset.reader import read_episodes
 from planner.command import COMMANDS
 from planner.instruction import CALL, CORRECTIONS
 from scenarios.loop.person.inbox import LONGEST
-from scenarios.perturbation.manual import MANUAL
+from scenarios.perturbation.perturbations import MANUAL
 from scenarios.recording.event_log import KEPT
 from scenarios.recording.recorder import load
 from tests.scenarios.viewer.sessions import SEED, run_to, running_session, wait_until
