@@ -85,7 +85,7 @@ def test_a_person_s_corrections_are_carried_out_under_a_controller_that_obeys_no
 @pytest.mark.parametrize("said", [HELD_BACK, pytest.param(CORRECTIONS, marks=pytest.mark.slow)])
 def test_a_motion_that_the_safety_filter_held_differs_from_one_not_done(said, monkeypatch):
     monkeypatch.setattr(obedience_trial, "CORRECTIONS", said)
-    trial = examined("expert", 10_022)
+    trial = examined("expert", 10_019)
     held = [response for response in trial.responses if not response.obeyed]
     assert held
     assert all(response.withheld for response in held)

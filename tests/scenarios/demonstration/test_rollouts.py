@@ -14,6 +14,7 @@ from planner.instruction import TASKS, Instruction
 from planner.procedure.outcomes import structure_of
 from scenarios.bench.trials.obedience_trial import PlannerFixed
 from scenarios.demonstration.demonstrate import begun
+from scenarios.demonstration.demonstration_recorder import is_frame
 from scenarios.demonstration.failures import PAST_M, FailureTracker
 from scenarios.demonstration.mix import PlannedDemonstration
 from scenarios.demonstration.rollout_recorder import RolloutRecorder
@@ -21,23 +22,23 @@ from scenarios.loop.person.guided_arm import GuidedArm
 from tissue_sim.outcome.predicates import gallbladder_grasped, gallbladder_held, grasper_hooked
 from tissue_sim.tools.arms import LEFT_ARM, RIGHT_ARM
 
-SEED, SLIPPING, ROOMY, DEEPER = 10_001, 10_003, 10_030, 10_000
+SEED, SLIPPING, ROOMY, DEEPER, HOOKING = 10_001, 10_003, 10_030, 10_000, 10_000
 GRAB, FIRST_CLIP = TASKS[:2]
 OPENED_BY, OUT_BY = 60, 240  # steps
 WIDE_RAD = 1.17  # the expert's opening
 
 
 def rolled_out(frames, planner=None):
-    """Return the columns of an expert's rollout with a wrong grasp, and which steps were led."""
+    """Return the columns of an expert's rollout with a wrong grasp, and which frames were led."""
     kind = "recovery:grasp-missed-below"
     episode = begun(PlannedDemonstration(seed=SEED, kind=kind, noise=False))
     episode = replace(episode, planner=planner or episode.planner)
     recorder = RolloutRecorder(lambda: True)
     recorder.on_reset(episode.world)
     led = []
-    for step in islice(episode.steps(), frames):
+    for step in takewhile(lambda _: len(led) < frames, episode.steps()):
         recorder.on_step(step)
-        led.append(step.asked is None)
+        led += [step.asked is None] if is_frame(step) else []
     return recorder.columns(SEED, kind), np.array(led)
 
 
@@ -145,7 +146,7 @@ def test_a_gallbladder_that_is_let_go_is_flagged_until_the_grasper_is_out():
 
 
 def test_a_grasper_that_hooks_is_always_flagged():
-    episode = begun(PlannedDemonstration(seed=SLIPPING, kind="recovery:grasp-slip", noise=False))
+    episode = begun(PlannedDemonstration(seed=HOOKING, kind="recovery:grasp-slip", noise=False))
     world, steps = episode.world, episode.steps()
     next(step for step in steps if gallbladder_held(world))
     next(step for step in steps if not gallbladder_held(world))

@@ -17,6 +17,7 @@ from scenarios.loop.person.surgeon import CONTENT_M, SHOWN_M, WORDS
 from scenarios.loop.policies import make_person
 from scenarios.loop.step import Step
 from scenarios.run_episode import begin
+from tests.stand_ins import needs_trained
 from tissue_sim.patient.tubes import between_jaws
 from tissue_sim.tools.arms import RIGHT_ARM
 from tissue_sim.world import World
@@ -57,6 +58,7 @@ def test_it_says_nothing_where_jaws_close_rightly():
     assert not words(steps)
 
 
+@needs_trained
 def test_it_has_jaws_closed_where_they_clip_the_tube_that_is_meant(corrected):
     steps, world = corrected
     tube = structure_of(CLIP, world)
@@ -68,6 +70,7 @@ def test_it_has_jaws_closed_where_they_clip_the_tube_that_is_meant(corrected):
     assert words(steps)[-1] == WORDS["close"]
 
 
+@needs_trained
 def test_it_says_corrections_with_lengths_that_a_surgeon_can_see(corrected):
     said = [text.partition(" by ") for text in words(corrected[0])]
     moves = [(way, float(size.split()[0])) for way, by, size in said if by]
@@ -76,6 +79,7 @@ def test_it_says_corrections_with_lengths_that_a_surgeon_can_see(corrected):
     assert all(1e3 * CONTENT_M <= size < 10.0 for _, size in moves)
 
 
+@needs_trained
 def test_the_robot_says_and_keeps_what_it_was_shown(corrected):
     steps, _ = corrected
     told = [text for step in steps for text in step.told if "the right tool to be" in text]
@@ -89,6 +93,7 @@ def test_the_robot_says_and_keeps_what_it_was_shown(corrected):
     assert np.linalg.norm(errors_m[1]) < 0.5 * np.linalg.norm(errors_m[0])
 
 
+@needs_trained
 def test_without_it_the_same_jaws_close_where_a_clip_is_of_no_use():
     _, world = until_first_clip(**SHIFTED)
     tube, T = structure_of(CLIP, world), world.arms.T_world_tool()[RIGHT_ARM]
