@@ -36,9 +36,11 @@ def rolled_out(frames, planner=None):
     recorder = RolloutRecorder(lambda: True)
     recorder.on_reset(episode.world)
     led = []
-    for step in takewhile(lambda _: len(led) < frames, episode.steps()):
+    for step in episode.steps():
         recorder.on_step(step)
         led += [step.asked is None] if is_frame(step) else []
+        if len(led) == frames:
+            break
     return recorder.columns(SEED, kind), np.array(led)
 
 
