@@ -254,7 +254,9 @@ def _close_on(
     shut = Phase(name="close where it belongs", arm=arm, goal=close, done=_snapped)
     if _is_astride(world, tube, target(world), tool):
         return astride, shut, stay(arm)
-    return _from_outside(arm, (draw, expose, stand, astride, shut, stay(arm)), opening, world)
+    covered = sac_room_m(world, target(world), tool, opening) <= SAC_ROOM_M
+    ready = (draw, expose) if covered else (draw,)
+    return _from_outside(arm, (*ready, stand, astride, shut, stay(arm)), opening, world)
 
 
 def _is_astride(world: World, tube: str, T_world_tool: Array, tool: str) -> bool:
