@@ -80,6 +80,31 @@ def stump_room_m(
     return min(gaps, default=np.inf)
 
 
+def hanging_room_m(
+    world: World, tube: str, T_world_tool: Array, tool: str, opening_rad: float
+) -> float:
+    """Return the least gap from the open jaws to cut tubes that hang on the gallbladder, m.
+
+    The way counts as in `stump_room_m`: a tool would carry a hanging end along, into its jaws.
+    """
+    way = [inverse_pose(before(T_world_tool, back_m)) for back_m in WAY_M]
+    gaps = [
+        _gap_m(transform(to_tool, end_m), tool, opening_rad) - world.tubes.radius_m(other)
+        for other in world.organ.tubes
+        if other != tube and len(world.tubes.severed_rings(other))
+        for end_m in [_hanging_m(world, other)]
+        for to_tool in way
+    ]
+    return min(gaps, default=np.inf)
+
+
+def _hanging_m(world: World, tube: str) -> Array:
+    """Return finely spaced points (n, 3) of a severed tube from its cut to the gallbladder."""
+    cut = int(world.tubes.severed_rings(tube).max())
+    rings = world.tubes.above[tube][cut : world.organ.neck_ring[tube] + 1, 0]
+    return subdivide(world.tissue.positions()[rings].astype(float), LINE_PARTS)
+
+
 def _stump_m(world: World, tube: str) -> Array:
     """Return finely spaced points (n, 3) of a severed tube from its fixed end, world frame."""
     cut = int(world.tubes.severed_rings(tube).min())

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from controller.expert.jaw_room import WAY_M, stump_room_m
+from controller.expert.jaw_room import WAY_M, hanging_room_m, stump_room_m
 from tests.tissue_sim.verification.bodies import astride
 from tests.worlds import textbook_world
 from tissue_sim.surgery.parting import part_ring
@@ -33,3 +33,15 @@ def test_only_the_stump_of_a_cut_tube_counts_and_also_before_the_place(world):
     behind = on_stump.copy()
     behind[:3, 3] += max(WAY_M) * behind[:3, 2]
     assert room_m(world, behind) < 0.0015
+
+
+def test_the_end_that_hangs_on_the_gallbladder_counts_apart(world):
+    """The artery's way: the duct was cut by the test before, or is cut here."""
+    length_m = world.tubes.length_m["duct"]
+    ring = int(np.searchsorted(world.tubes.stations_m["duct"], 0.5 * length_m))
+    if not len(world.tubes.severed_rings("duct")):
+        part_ring(world.tubes, "duct", ring, np.ones(world.tubes.below["duct"].shape[1], bool))
+    for share, near in ((0.2, False), (0.9, True)):
+        T = astride(world.tubes, "duct", share * length_m, beyond_m=0.0)
+        gap_m = hanging_room_m(world, "artery", T, CLIP_APPLIER, OPENING_RAD)
+        assert (gap_m < 0.0015) == near
