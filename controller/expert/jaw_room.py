@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -25,11 +25,8 @@ N_LINK = len(PATCH_LINKS)
 
 def sac_room_m(world: World, T_world_tool: Array, tool: str, opening_rad: float) -> float:
     """Return the gap from the open jaws' outer faces to the gallbladder; negative if inside."""
-    reach_m, width_m = INSTRUMENTS[tool].mouth_m
-    sac = world.tissue.positions()[world.organ.sac_rings.ravel()].astype(float)
-    x, y, z = transform(inverse_pose(T_world_tool), sac).T
-    before = (np.abs(x) < 0.5 * width_m + SAC_MARGIN_M) & (-reach_m < z) & (z < 0.0)
-    return float(np.min((np.abs(y) - outer_face_m(tool, opening_rad, z))[before], initial=np.inf))
+    y, z = _sac_beside_jaws(world, T_world_tool, tool)
+    return float(np.min(np.abs(y) - outer_face_m(tool, opening_rad, z), initial=np.inf))
 
 
 def side_of_sac(world: World, T_world_tool: Array, tool: str, opening_rad: float) -> float:
@@ -38,12 +35,17 @@ def side_of_sac(world: World, T_world_tool: Array, tool: str, opening_rad: float
     Returns:
         +1 towards the tool's y, -1 away from it, 0 if none is in the way.
     """
+    y, z = _sac_beside_jaws(world, T_world_tool, tool)
+    return float(np.sign(y[np.abs(y) < outer_face_m(tool, opening_rad, z)].sum()))
+
+
+def _sac_beside_jaws(world: World, T_world_tool: Array, tool: str) -> tuple[Array, Array]:
+    """Return y and z (n,) in the tool frame of the gallbladder's vertices along the jaws, m."""
     reach_m, width_m = INSTRUMENTS[tool].mouth_m
     sac = world.tissue.positions()[world.organ.sac_rings.ravel()].astype(float)
     x, y, z = transform(inverse_pose(T_world_tool), sac).T
-    before = (np.abs(x) < 0.5 * width_m + SAC_MARGIN_M) & (-reach_m < z) & (z < 0.0)
-    met = before & (np.abs(y) < outer_face_m(tool, opening_rad, z))
-    return float(np.sign(y[met].sum()))
+    along = (np.abs(x) < 0.5 * width_m + SAC_MARGIN_M) & (-reach_m < z) & (z < 0.0)
+    return y[along], z[along]
 
 
 def firm_room_m(world: World, T_world_tool: Array, tool: str, opening_rad: float) -> float:
@@ -69,15 +71,7 @@ def stump_room_m(
     The way is straight along the tool. Only the stumps in the body count: the filter lets tools
     touch what hangs on the gallbladder.
     """
-    way = [inverse_pose(before(T_world_tool, back_m)) for back_m in WAY_M]
-    gaps = [
-        _gap_m(transform(to_tool, stump_m), tool, opening_rad) - world.tubes.radius_m(other)
-        for other in world.organ.tubes
-        if other != tube and len(world.tubes.severed_rings(other))
-        for stump_m in [_stump_m(world, other)]
-        for to_tool in way
-    ]
-    return min(gaps, default=np.inf)
+    return _room_on_way_m(world, _cut_tubes(world, tube, _stump_m), T_world_tool, tool, opening_rad)
 
 
 def hanging_room_m(
@@ -87,15 +81,27 @@ def hanging_room_m(
 
     The way counts as in `stump_room_m`: a tool would carry a hanging end along, into its jaws.
     """
+    ends = _cut_tubes(world, tube, _hanging_m)
+    return _room_on_way_m(world, ends, T_world_tool, tool, opening_rad)
+
+
+def _room_on_way_m(
+    world: World, lines: dict[str, Array], T_world_tool: Array, tool: str, opening_rad: float
+) -> float:
+    """Return the least gap from the open jaws to tubes' lines (n, 3), on the way to a pose, m."""
     way = [inverse_pose(before(T_world_tool, back_m)) for back_m in WAY_M]
     gaps = [
-        _gap_m(transform(to_tool, end_m), tool, opening_rad) - world.tubes.radius_m(other)
-        for other in world.organ.tubes
-        if other != tube and len(world.tubes.severed_rings(other))
-        for end_m in [_hanging_m(world, other)]
+        _gap_m(transform(to_tool, line_m), tool, opening_rad) - world.tubes.radius_m(tube)
+        for tube, line_m in lines.items()
         for to_tool in way
     ]
     return min(gaps, default=np.inf)
+
+
+def _cut_tubes(world: World, tube: str, part_m: Callable[[World, str], Array]) -> dict[str, Array]:
+    """Return a part (n, 3) of each other tube that is cut, world frame."""
+    others = [other for other in world.organ.tubes if other != tube]
+    return {t: part_m(world, t) for t in others if len(world.tubes.severed_rings(t))}
 
 
 def _hanging_m(world: World, tube: str) -> Array:
