@@ -31,7 +31,7 @@ from tissue_sim.surgery.clip_slip import Pull
 from tissue_sim.surgery.cut import Cut
 from tissue_sim.surgery.grasp import Grasp
 from tissue_sim.surgery.injury import Injury, LimitReading
-from tissue_sim.surgery.leak import Leak
+from tissue_sim.surgery.leak import Leak, Spill
 from tissue_sim.surgery.parting import Opening
 from tissue_sim.surgery.record import Conditions, Record
 from tissue_sim.surgery.tear import Tear
@@ -41,7 +41,7 @@ SAVED_CLASSES = {
     kind.__name__: kind
     for kind in (
         Anatomy, Artery, Clip, ClipKind, Conditions, Crossing, Cut, Grasp, Injury, Leak,
-        LimitReading, Opening, Pull, Record, Tear,
+        LimitReading, Opening, Pull, Record, Spill, Tear,
     )
 }  # fmt: skip
 """The classes that a state holds, by their names in saved states."""

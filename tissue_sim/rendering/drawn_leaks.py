@@ -17,8 +17,8 @@ from tissue_sim.rendering.drawing import Drawn, Surface
 from tissue_sim.rendering.drawn_surroundings import depth_behind_m
 from tissue_sim.rendering.shapes import drop, joined, sheet
 from tissue_sim.rendering.textures import TILE_M, Look
-from tissue_sim.surgery.leak import HOLE, Leak
-from tissue_sim.surgery.spill import Spill, mouth_m
+from tissue_sim.surgery.leak import HOLE, Leak, Spill
+from tissue_sim.surgery.spill import mouth_m
 
 FALL_M = 0.014
 DROPS = 4

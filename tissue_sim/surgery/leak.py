@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
+from tissue_sim.frames import Array
 from tissue_sim.patient.at_risk import BRANCHES, COMMON_DUCT, HEPATIC_ARTERY
 from tissue_sim.patient.material import WALL_THICKNESS_M
 from tissue_sim.patient.sac import Sac
@@ -61,6 +62,21 @@ class Leak:
     def drains_sac(self) -> bool:
         """Return whether the lost fluid is the gallbladder's own bile."""
         return self.structure == "gallbladder" or (self.structure, self.side) == DRAIN
+
+
+@dataclass(frozen=True, kw_only=True)
+class Spill:
+    """Liquid that came from one structure's openings at one place.
+
+    Attributes:
+        structure: As in `Leak`.
+        place_m: (3,) place of the opening in the body at its anatomical place, world axes.
+        volume_m3: All that has leaked there so far.
+    """
+
+    structure: str
+    place_m: Array
+    volume_m3: float
 
 
 def leaks(

@@ -9,9 +9,8 @@ from tissue_sim.surgery.clip_slip import Pull
 from tissue_sim.surgery.cut import Cut
 from tissue_sim.surgery.grasp import Grasp
 from tissue_sim.surgery.injury import Injury, LimitReading
-from tissue_sim.surgery.leak import Leak
+from tissue_sim.surgery.leak import Leak, Spill
 from tissue_sim.surgery.parting import Opening
-from tissue_sim.surgery.spill import Spill
 from tissue_sim.surgery.tear import Tear
 
 

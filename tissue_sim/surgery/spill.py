@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 
@@ -11,24 +11,9 @@ from tissue_sim.frames import Array
 from tissue_sim.patient.at_risk import BRANCHES
 from tissue_sim.patient.sac import Sac
 from tissue_sim.patient.tubes import Tubes
-from tissue_sim.surgery.leak import HOLE, SIDES, Leak
+from tissue_sim.surgery.leak import HOLE, SIDES, Leak, Spill
 
 APART_M = 0.005  # assumed: liquid from openings this far apart is remembered apart
-
-
-@dataclass(frozen=True, kw_only=True)
-class Spill:
-    """Liquid that came from one structure's openings at one place.
-
-    Attributes:
-        structure: As in `Leak`.
-        place_m: (3,) place of the opening in the body at its anatomical place, world axes.
-        volume_m3: All that has leaked there so far.
-    """
-
-    structure: str
-    place_m: Array
-    volume_m3: float
 
 
 def mouth_m(tubes: Tubes, sac: Sac, leak: Leak) -> Array:

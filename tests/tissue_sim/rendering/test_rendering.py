@@ -214,7 +214,7 @@ def test_a_film_holds_what_has_leaked() -> None:
 def test_a_film_runs_down_from_its_opening_over_the_ligament_and_stays(world: World) -> None:
     from tissue_sim.rendering.drawn_leaks import FILM_DEPTH_M, film, leak_surfaces
     from tissue_sim.rendering.drawn_ligament import ligament_depth
-    from tissue_sim.surgery.spill import Spill
+    from tissue_sim.surgery.leak import Spill
 
     before = world.endoscope_rgb().astype(int)
     spill = Spill(structure="artery", place_m=world.tubes.point("artery", 0.002)[0], volume_m3=3e-7)
