@@ -13,7 +13,7 @@ from controller.expert.jaw_room import (
     firm_room_m,
     hanging_room_m,
     sac_room_m,
-    stump_room_m,
+    tube_room_m,
 )
 from controller.expert.motion import FIRM_ROOM_M, OFF_CENTRE_M, before
 from controller.kinematics import Unreachable, inverse_kinematics
@@ -26,7 +26,7 @@ if TYPE_CHECKING:
     from tissue_sim.world import World
 
 WIDER_RAD = 0.2  # no other tube within jaws that are opened wider by this; assumed
-STUMP_ROOM_M = 0.0012  # from the open jaws to a stump: the filter keeps 1 mm
+TUBE_ROOM_M = 0.0012  # from the open jaws to another tube: the filter keeps 1 mm
 HANGING_ROOM_M = 0.0005  # from the open jaws to a cut tube that hangs; assumed
 SAC_ROOM_M = 0.0004  # from the open jaws to the gallbladder; assumed
 STANDOFF_M = 0.020  # in front of the tool's target; assumed
@@ -79,8 +79,8 @@ def clear_approach(
     The gallbladder may be in the way of all approaches. Then the first choice leaves it the most
     room, and the next choice is the best approach from another side. A structure at risk or the
     other arm may be near in all approaches. Then approaches with the most room for it come first.
-    Of approaches with enough room, those come first whose way has room to the stumps of cut tubes,
-    and then to their ends that hang on the gallbladder.
+    Of approaches with enough room, those come first whose way has room to other tubes and their
+    stumps, and then to cut ends that hang on the gallbladder.
     """
     poses = {approach: pose(world, approach) for approach in APPROACHES}
     poses = {a: T for a, T in poses.items() if in_reach(world, T, tool)} or poses
@@ -95,10 +95,10 @@ def clear_approach(
     roomy = [a for a in roomy if free_m[a] > FIRM_ROOM_M] or sorted(
         roomy, key=free_m.__getitem__, reverse=True
     )
-    beside_m = {a: stump_room_m(world, tube, poses[a], tool, opening_rad) for a in roomy}
+    beside_m = {a: tube_room_m(world, tube, poses[a], tool, opening_rad) for a in roomy}
     hanging_m = {a: hanging_room_m(world, tube, poses[a], tool, opening_rad) for a in roomy}
     roomy.sort(key=lambda a: -min(hanging_m[a], HANGING_ROOM_M))
-    roomy.sort(key=lambda a: -min(beside_m[a], STUMP_ROOM_M))
+    roomy.sort(key=lambda a: -min(beside_m[a], TUBE_ROOM_M))
     turn = attempt // 2 % len(roomy)
     return roomy[-1 - turn] if attempt % 2 else roomy[turn]
 

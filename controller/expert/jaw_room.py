@@ -63,15 +63,22 @@ def firm_room_m(world: World, T_world_tool: Array, tool: str, opening_rad: float
     return min(gaps)
 
 
-def stump_room_m(
+def tube_room_m(
     world: World, tube: str, T_world_tool: Array, tool: str, opening_rad: float
 ) -> float:
-    """Return the least gap from the open jaws to other tubes' stumps, on the way to a pose, m.
+    """Return the least gap from the open jaws to other tubes in the body, on the way to a pose, m.
 
-    The way is straight along the tool. Only the stumps in the body count: the filter lets tools
+    The way is straight along the tool. Of a cut tube only the stump counts: the filter lets tools
     touch what hangs on the gallbladder.
     """
-    return _room_on_way_m(world, _cut_tubes(world, tube, _stump_m), T_world_tool, tool, opening_rad)
+    others = {
+        other: _stump_m(world, other)
+        if len(world.tubes.severed_rings(other))
+        else subdivide(world.tubes.centres(other), LINE_PARTS)
+        for other in world.organ.tubes
+        if other != tube
+    }
+    return _room_on_way_m(world, others, T_world_tool, tool, opening_rad)
 
 
 def hanging_room_m(
@@ -79,7 +86,7 @@ def hanging_room_m(
 ) -> float:
     """Return the least gap from the open jaws to cut tubes that hang on the gallbladder, m.
 
-    The way counts as in `stump_room_m`: a tool would carry a hanging end along, into its jaws.
+    The way counts as in `tube_room_m`: a tool would carry a hanging end along, into its jaws.
     """
     ends = _cut_tubes(world, tube, _hanging_m)
     return _room_on_way_m(world, ends, T_world_tool, tool, opening_rad)
