@@ -88,6 +88,7 @@ def _bounds(state: dict[str, Any], tubes: Tubes, joint_ranges: Array) -> dict[st
         "tissue/part": Bound(low=-1, high=int(state["tissue"]["n_part"][0]) - 1),
         "tissue/tet_alive": FLAG,
         "tissue/folded": FLAG,
+        "tissue/mu": POSITIVE,
         "tissue/lam": POSITIVE,
         "tissue/stiffness_holds": FLAG,
         "tissue/surface": FLAG,

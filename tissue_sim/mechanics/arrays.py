@@ -39,12 +39,13 @@ class TissueArrays:
     tet_alive: wp.array2d(dtype=int)
     rest_inverse: wp.array2d(dtype=wp.mat33)
     volume: wp.array2d(dtype=float)
-    mu: wp.array2d(dtype=float)
+    shear: wp.array2d(dtype=float)  # mu of the material
     bulk: wp.array2d(dtype=float)  # lambda of the material
     fibre: wp.array2d(dtype=wp.vec3)  # direction of the collagen at rest
     collagen: wp.array2d(dtype=float)  # the fibres' stiffness, Pa
     folded: wp.array2d(dtype=int)
-    lam: wp.array2d(dtype=float)  # the lambda that acts on the element now
+    mu: wp.array2d(dtype=float)  # the mu that acts on the element now
+    lam: wp.array2d(dtype=float)  # likewise
     tet_slot: wp.array3d(dtype=int)
     # the elements' stiffness, kept from step to step (see `assembly`)
     elastic: wp.array2d(dtype=wp.mat33)  # blocks in the layout of `block`

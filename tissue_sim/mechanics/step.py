@@ -16,7 +16,7 @@ from tissue_sim.mechanics.implicit import StepParameters, begin_step, solve_step
 from tissue_sim.mechanics.springs import add_springs, break_springs
 from tissue_sim.mechanics.strands import add_strands, break_strands, react_to_strands
 from tissue_sim.mechanics.touch import add_surface_contact, add_tube_contact, react_on_tools
-from tissue_sim.mechanics.untangle import ease_bulk
+from tissue_sim.mechanics.untangle import untangle
 
 wp.set_module_options({"enable_backward": False})
 
@@ -42,7 +42,7 @@ def take_stages(t: TissueArrays, s: ToolShapes, c: StepParameters, first: int, e
         if stage == 0:
             begin_step(t, b, c.step_s)
         if stage == 1:
-            ease_bulk(t, b)
+            untangle(t, b)
         if stage == 2:
             add_elements(t, b, c.viscosity)
         if stage == 3:

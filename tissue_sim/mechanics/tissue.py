@@ -33,7 +33,7 @@ from tissue_sim.patient.organ import REGIONS, Organ
 STATE = (
     "n_vertex", "n_part", "part", "position", "rest", "rest_inverse", "volume", "velocity", "mass",
     "surface", "covered", "load", "tet", "tet_alive", "folded",
-    "lam", "stiffness_at", "stiffness_holds",
+    "mu", "lam", "stiffness_at", "stiffness_holds",
     "tie_stiffness", "link", "link_rest", "link_stiffness", "link_strength", "anchor_stiffness",
     "strand_shape", "strand_point", "strand_normal",
     "contact_shape", "contact_side", "contact_force", "stick_point", "ring_above",

@@ -1,11 +1,13 @@
-"""Untangle crushed tissue: around an inverted element, remove the bulk modulus.
+"""Untangle crushed tissue: stiffen an inverted element, and remove the bulk modulus around it.
 
 A violent squeeze can fold a tube's wall over. Such a fold is a stable equilibrium, because the
 nearly incompressible elements around it would have to change volume to unfold. Without their bulk
 modulus, the fold opens. So elements that share a vertex with a folded element lose their bulk
 modulus. An element counts as folded from its inversion until it has regained most of its volume. If
 the bulk modulus returned as soon as the element turns, the element would fold again and again.
-Nothing is untangled under a clip.
+The soft filling beside a clip that holds a part of the gallbladder's wall would stay folded, because
+the wall is much stiffer. A folded element therefore has at least a wall's shear modulus. Nothing is
+untangled under a clip.
 """
 
 from __future__ import annotations
@@ -18,6 +20,7 @@ wp.set_module_options({"enable_backward": False})
 
 
 UNFOLDED = wp.constant(0.5)  # assumed: share of an element's volume
+FOLDED_PA = wp.constant(50.0e3)  # least shear modulus of a folded element: a soft wall's, assumed
 
 
 @wp.func
@@ -50,18 +53,20 @@ def mark_tangled(t: TissueArrays, b: int, e: int):
 
 @wp.func
 def ease(t: TissueArrays, b: int, e: int):
-    """Set an element's current lambda: the material's value, or zero at a marked vertex."""
+    """Set an element's current moduli: lambda is zero at a marked vertex, mu high if folded."""
     c = t.tet[b, e]
     tangled = t.tangled[b, c[0]] + t.tangled[b, c[1]] + t.tangled[b, c[2]] + t.tangled[b, c[3]]
     lam = wp.where(tangled == 0, t.bulk[b, e], 0.0)
-    if lam != t.lam[b, e]:
+    mu = wp.where(t.folded[b, e] == 0, t.shear[b, e], wp.max(t.shear[b, e], FOLDED_PA))
+    if lam != t.lam[b, e] or mu != t.mu[b, e]:
         t.lam[b, e] = lam
+        t.mu[b, e] = mu
         t.stiffness_holds[b] = 0
 
 
 @wp.func
-def ease_bulk(t: TissueArrays, b: int):
-    """Update the current lambda of all elements."""
+def untangle(t: TissueArrays, b: int):
+    """Update the current moduli of all elements."""
     for i in range(t.n_vertex[b]):
         t.tangled[b, i] = 0
     changes = int(0)

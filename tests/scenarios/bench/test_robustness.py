@@ -40,6 +40,13 @@ def test_storms_break_no_law(trials: list[StormTrial]) -> None:
     assert broken_lines(trials) == []
 
 
+@pytest.mark.parametrize("seed", [10_004, 10_060])
+def test_the_filling_beside_a_clip_on_the_gallbladder_unfolds(seed: int) -> None:
+    trial = run_trial(seed)
+    assert trial.clipped
+    assert trial.broken == ()
+
+
 @pytest.mark.parametrize("tube", TUBES)
 def test_a_piece_that_is_cut_free_does_not_fly_off(tube: str) -> None:
     """Cut a tube twice before the storm: only inertia resists the piece's rigid motion."""

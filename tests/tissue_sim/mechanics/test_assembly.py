@@ -50,14 +50,14 @@ def test_after_a_large_motion_the_stiffness_is_computed_again() -> None:
         np.testing.assert_array_equal(here, fresh)
 
 
-def test_a_change_of_bulk_or_topology_invalidates_the_stiffness() -> None:
+def test_a_change_of_moduli_or_topology_invalidates_the_stiffness() -> None:
     tissue = body(stretched(0.2))
     _, before = elements(tissue)
     tissue.host("folded")[0, 0] = 1  # it stays folded while it has less than half its volume
     tissue.host("volume")[0, 0] *= 10.0
     tissue.stages["untangle"].launch()
     _, eased = elements(tissue)
-    assert np.abs(np.linalg.eigvalsh(eased)).max() < np.abs(np.linalg.eigvalsh(before)).max()
+    assert np.abs(eased - before).max() > 0.01 * np.abs(before).max()
     tissue = body(stretched(0.2))
     elements(tissue)
     tissue.host("tet_alive")[0, 0] = 0

@@ -6,7 +6,7 @@ import pytest
 from tests.tissue_sim.bodies import rod
 from tests.tissue_sim.verification.bodies import organ_of, put, tissue_of
 from tissue_sim.mechanics.tissue import Tissue, TissueConfig
-from tissue_sim.mechanics.untangle import UNFOLDED
+from tissue_sim.mechanics.untangle import FOLDED_PA, UNFOLDED
 from tissue_sim.patient.organ import REGIONS
 
 TUBE = rod()
@@ -57,6 +57,21 @@ def test_bulk_is_eased_around_an_inverted_element_only_and_not_under_a_clip() ->
         tissue.stages["untangle"].launch()
         lam, bulk = (tissue.host(name)[0, : len(near)] for name in ("lam", "bulk"))
         np.testing.assert_array_equal(lam, np.where(near, 0.0, bulk))
+
+
+def test_a_folded_element_is_at_least_as_stiff_as_a_soft_wall_until_it_is_unfolded() -> None:
+    tissue, centre = tube(), int(TUBE.rings[4, 0])
+    x = TUBE.vertices.copy()
+    x[centre, 1] += 0.01
+    put(tissue, x)
+    folded = tissue.volumes() < 0
+    tissue.stages["untangle"].launch()
+    mu, shear = (tissue.host(name)[0, : len(folded)] for name in ("mu", "shear"))
+    assert (shear[folded & (TUBE.in_lumen)] < FOLDED_PA).any()
+    np.testing.assert_array_equal(mu, np.where(folded, np.maximum(shear, FOLDED_PA), shear))
+    put(tissue, TUBE.vertices)
+    tissue.stages["untangle"].launch()
+    np.testing.assert_array_equal(mu, shear)
 
 
 def test_the_bulk_modulus_returns_when_most_of_the_volume_has_returned() -> None:

@@ -77,7 +77,7 @@ def tissue_of(organ: Organ, material: Material | None = RUBBER, **config: Any) -
     tissue = Tissue([organ], config=TissueConfig(**(tight | config)))
     if material is not None:
         tissue.host("mu")[:], tissue.host("lam")[:] = material.lame
-        tissue.host("bulk")[:] = tissue.host("lam")
+        tissue.host("shear")[:], tissue.host("bulk")[:] = material.lame
     return tissue
 
 
