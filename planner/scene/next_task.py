@@ -8,8 +8,7 @@ from numpy.typing import NDArray
 from planner.command import Deed
 from planner.procedure.cholecystectomy import CHOLECYSTECTOMY
 from planner.procedure.task import Task
-from planner.scene.crossing import tubes_in_order
-from planner.scene.duct_side import structure_seen
+from planner.scene.duct_side import structure_seen, tubes_in_order
 from tissue_sim.outcome.clip_rule import USUAL_CLIPS, clips_needed
 from tissue_sim.patient.tube_names import Tube
 from tissue_sim.sensing.observation import MAX_CLIPS, Observation

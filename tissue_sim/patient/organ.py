@@ -3,15 +3,18 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
 from tissue_sim.frames import AWAY, RIGHT, UP, Array, field_point, unit
-from tissue_sim.patient.anatomy import Anatomy, Artery
 from tissue_sim.patient.at_risk import AT_RISK, BRANCHES, RADIUS_M, course
 from tissue_sim.patient.mesh_checks import require_sound_elements
 from tissue_sim.patient.mesher import Indices, Sweep, subdivide, sweep
+
+if TYPE_CHECKING:
+    from tissue_sim.patient.anatomy import Anatomy, Artery
 
 PARTS = ("gallbladder", "duct", "artery", "second artery", *AT_RISK)
 # the wall and the inside of each part; the regions of part k are 2 k and 2 k + 1
