@@ -50,8 +50,7 @@ from planner.language.rules.sizes import (
     without_unit,
 )
 from planner.language.rules.small_talk import is_small_talk, without_asides
-from planner.language.rules.spelling import as_meant, in_latin
-from planner.language.rules.third_tube import with_third_tube
+from planner.language.rules.spelling import as_meant, in_latin, with_third_tube
 from planner.language.rules.warning import warns, warns_anywhere, warns_mildly, without_warning
 from planner.language.slot_heads import SlotHeads, in_words, load
 from planner.language.slots import spelt_out
