@@ -14,10 +14,12 @@ Structure = Literal["duct", "artery", "second artery"]
 """What a tube is in the body."""
 
 TUBES: tuple[Tube, ...] = get_args(Tube)
+"""All tubes, in the order of the rows of every table of tubes."""
 USUAL_TUBES = TUBES[:2]  # in every patient
 OPTIONAL_TUBES = TUBES[2:]  # in part of the patients only
 
 STRUCTURES: tuple[Structure, ...] = get_args(Structure)
+"""All structures, the duct first: it is clipped first where the artery crosses it."""
 USUAL_STRUCTURES = STRUCTURES[:2]  # of the left and the right tube
 
 
