@@ -96,7 +96,7 @@ CLIPS: dict[str, ClipKind] = {
 """All kinds, the smallest first."""
 
 
-def kind_for(diameter_m: float, kinds: dict[str, ClipKind] = CLIPS) -> ClipKind:
+def kind_for(diameter_m: float) -> ClipKind:
     """Return the smallest kind for a vessel of this outer diameter; the largest if none fits."""
-    fitting = [kind for kind in kinds.values() if kind.fits(diameter_m)]
-    return fitting[0] if fitting else list(kinds.values())[-1]
+    fitting = [kind for kind in CLIPS.values() if kind.fits(diameter_m)]
+    return fitting[0] if fitting else list(CLIPS.values())[-1]
