@@ -1,5 +1,6 @@
 """Define the interface of every planner, and the periods that planners share."""
 
+from dataclasses import replace
 from typing import Protocol, TypeVar
 
 from planner.instruction import Instruction
@@ -42,7 +43,7 @@ def require_instruction(said: object) -> Instruction:
 
     Raises:
         TypeError: The output is no instruction, or an instruction without a task.
-        ValueError: Nobody can carry out the task.
+        ValueError: Nobody can carry out the task, or not with the tool that the planner names.
     """
     if not isinstance(said, Instruction):
         raise TypeError(f"planner: plan returned a {type(said).__name__}, not an Instruction")
@@ -50,6 +51,8 @@ def require_instruction(said: object) -> Instruction:
         raise TypeError(f"planner: plan returned the task {said.task!r}, not a Task")
     if why := said.task.fault:
         raise ValueError(f"planner: plan returned a task that nobody can carry out: {why}")
+    if said.tool and (why := replace(said.task, right_tool=said.tool).fault):
+        raise ValueError(f"planner: plan chose {said.tool!r} for {said.task.text!r}: {why}")
     return said
 
 

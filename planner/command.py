@@ -10,12 +10,16 @@ from typing import Literal
 from planner.correction import CORRECTIONS, Correction
 from planner.procedure.cholecystectomy import TASKS
 from planner.procedure.task import Task
-from tissue_sim.patient.tube_names import TUBES, USUAL_TUBES, Tube
+from tissue_sim.patient.tube_names import (
+    TUBES,
+    USUAL_STRUCTURES,
+    Structure,
+    Tube,
+    tube_where,
+)
 
 Word = Literal["stop", "pause", "resume", "repeat", "undo", "next step", "let go"]
-Structure = Literal["duct", "artery", "second artery"]
 Deed = Literal["clip", "cut"]
-STRUCTURES: tuple[Structure, ...] = ("duct", "artery")  # named instead of left and right tube
 DEEDS: tuple[Deed, ...] = ("clip", "cut")
 WORDS: tuple[Word, ...] = ("stop", "pause", "resume", "repeat", "undo", "next step", "let go")
 
@@ -55,16 +59,9 @@ class Command:
         return COMMANDS[self.text.replace(self.structure, f"{tube} tube")]
 
 
-def tube_where(structure: Structure, duct: Tube) -> Tube:
-    """Return the tube of a structure; `duct` is the duct's tube."""
-    if structure == "second artery":
-        return "third"
-    return next(tube for tube in USUAL_TUBES if (tube == duct) == (structure == "duct"))
-
-
 def _of_structures() -> Iterator[Command]:
     """Yield the tasks on the left tube with a structure named instead of the tube."""
-    for task, structure in product(TASKS, STRUCTURES):
+    for task, structure in product(TASKS, USUAL_STRUCTURES):
         if task.tube == "left":
             text = task.text.replace("left tube", structure)
             yield Command(text=text, task=task, structure=structure)
@@ -72,7 +69,7 @@ def _of_structures() -> Iterator[Command]:
 
 def _deeds() -> Iterator[Command]:
     for deed in DEEDS:
-        for structure in STRUCTURES:
+        for structure in USUAL_STRUCTURES:
             yield Command(text=f"{deed} {structure}", deed=deed, structure=structure)
         for tube in TUBES:
             yield Command(text=f"{deed} {tube} tube", deed=deed, tube=tube)

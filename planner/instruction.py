@@ -46,8 +46,8 @@ class Instruction:
 
     Attributes:
         task: The current task.
-        tool: Name of the right tool for the task, chosen by a person, or by what the task's tube
-            needs; "" before the choice.
+        tool: Name of the right tool for the task, chosen by a person or by the planner; "" leaves
+            the choice to the nurse, who goes by the width of the task's tube.
         correction: The motion requested now. Its text replaces the task's text, because the
             controller of SRT-H gets one string only.
         source: The source of the instruction.

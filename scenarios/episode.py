@@ -26,8 +26,8 @@ from planner.instruction import Instruction
 from planner.language.reading import Reading
 from planner.person.override import PlannerOverridden
 from planner.procedure.outcomes import structure_of, task_done
+from planner.scene.next_task import ToolChoice
 from planner.scene.predicates import is_back
-from planner.scene.tool_choice import ToolChoice
 from scenarios.catalogue import procedure_named
 from scenarios.loop.episode_config import EpisodeConfig
 from scenarios.loop.guarded_driver import GuardedDriver

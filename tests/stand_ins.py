@@ -14,6 +14,7 @@ from controller.diffusion import policy as of_controller
 from controller.perception import checkpoint as of_perception
 from planner.learned import network as of_planner
 from planner.learning.checkpoint import Checkpoints
+from tests.controller.perception.ideal_views import prior
 from tests.made_once import MadeOnce
 
 LEARNERS: dict[str, Checkpoints] = {
@@ -51,4 +52,5 @@ def _untrained(name: str) -> nn.Module:
     if name == "controller":
         return of_controller.Policy(of_controller.PolicyConfig())
     sizes = ((160, 120), (160, 120), (128, 128), (128, 128))
-    return of_perception.PerceptionModel(of_perception.PerceptionConfig(views=VIEWS, sizes=sizes))
+    config = of_perception.PerceptionConfig(views=VIEWS, sizes=sizes)
+    return of_perception.PerceptionModel(config, prior())

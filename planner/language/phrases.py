@@ -9,7 +9,7 @@ from functools import cache
 
 from planner.language.lexicon import LEXICON, LONGEST, Meaning, without_articles
 from planner.language.rules.phrase_search import patterns, rewritten, rules_in
-from planner.language.rules.third_tube import with_third_tube
+from planner.language.rules.spelling import with_third_tube
 
 _RE = patterns("rewrites")
 _AS_TYPED = rules_in("rewrites", "as_typed")  # before punctuation is removed

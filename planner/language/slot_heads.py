@@ -16,7 +16,7 @@ from safetensors.numpy import save as to_bytes
 
 from planner.command import COMMANDS, Command
 from planner.language.phrases import normalised
-from planner.language.rules.third_tube import with_artery
+from planner.language.rules.spelling import with_artery
 from planner.language.slots import SLOTS, Filled, candidates
 from planner.learning.files import write_atomic
 

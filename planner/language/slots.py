@@ -6,7 +6,7 @@ from collections.abc import Mapping, Set
 
 from planner.command import COMMANDS, Command
 from planner.correction import DIRECTION_ENDOSCOPE
-from planner.procedure.task import OPTIONAL_TUBES
+from tissue_sim.patient.tube_names import OPTIONAL_TUBES
 
 Filled = Mapping[str, Set[str]]
 """The values that words give to each slot; two in one contradict each other."""

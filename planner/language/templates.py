@@ -4,14 +4,15 @@ from __future__ import annotations
 
 from itertools import product
 
-from planner.command import COMMANDS, STRUCTURES, Command
+from planner.command import COMMANDS, Command
 from planner.language.rules.phrase_search import phrase_lists
 from planner.language.slots import SLOTS
+from tissue_sim.patient.tube_names import USUAL_STRUCTURES
 
 _LISTS = phrase_lists("templates")
 _ORDINALS = {"1": "first", "2": "second", "3": "third"}
 _TUBES = {f"{tube}": f"{tube} tube" for tube in ("left", "right", "third")} | {
-    one: one for one in STRUCTURES
+    one: one for one in USUAL_STRUCTURES
 }
 
 

@@ -5,8 +5,7 @@ from __future__ import annotations
 from planner.language.reading import Applier, Reading
 from planner.person.findings import tube_named
 from planner.procedure.task import Task
-from planner.scene.crossing import tubes_in_order
-from planner.scene.duct_side import duct_side, structure_seen
+from planner.scene.duct_side import duct_side, structure_seen, tubes_in_order
 from planner.scene.next_task import (
     NotNowError,
     applier_on,

@@ -117,8 +117,8 @@ def held(asked: Asked) -> str:
 def which(asked: Asked) -> str:
     """Return in words the duct's tube, the confidence, and the tube at which the robot works.
 
-    A question that names the third tube gets the answer whether there is one, and a question that
-    names a tool or a clip which tool is mounted.
+    A question that names the third tube gets the answer whether there is one. A question that names
+    a tool or a clip gets the answer which tool is mounted.
     """
     if asked.tube == "third":
         return _third(asked.observation)

@@ -292,9 +292,11 @@ class PlannerOverridden:
     def _ordered(self, observation: Observation) -> Instruction | None:
         if self._progress is None:
             return None
-        order = self._progress.order
+        order, planned = self._progress.order, self.planned
+        task = self._progress.task or planned.task
         return Instruction(
-            task=self._progress.task or self.planned.task,
+            task=task,
+            tool=planned.tool if task == planned.task else "",
             correction=order.correction,
             hold=order.hold,
             source="human",

@@ -6,17 +6,15 @@ from collections.abc import Collection
 from dataclasses import dataclass, replace
 from typing import Literal, get_args
 
-from planner.command import Structure
 from planner.procedure.task import Task
 from planner.scene.duct_side import structure_seen, tube_of
 from planner.scene.next_task import clips_needed_on, clips_on
 from planner.scene.predicates import OPEN_RAD
-from tissue_sim.patient.tube_names import TUBES
+from tissue_sim.patient.tube_names import STRUCTURES, TUBES
 from tissue_sim.sensing.observation import Observation
 
 Act = Literal["clip", "cut", "open"]
 ACTS: tuple[Act, ...] = get_args(Act)
-STRUCTURES: tuple[Structure, ...] = get_args(Structure)
 _ALL_OF = {"clip": STRUCTURES, "cut": STRUCTURES, "open": ("left gripper", "right gripper")}
 
 

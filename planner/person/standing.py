@@ -76,9 +76,9 @@ class Standing:
             why = f"You forbade: {act.in_words}."
             asked = replace(asked, correction=None, hold=True, remark=why)
         task = asked.task
-        tool = self.appliers.get(task.tube, "") if task.tube and task.places_clip else ""
+        chosen = self.appliers.get(task.tube) if task.tube and task.places_clip else None
         forbidden = self.listed(observation)
-        return replace(asked, tool=tool, forbidden=forbidden, speed=self.speed)
+        return replace(asked, tool=chosen or asked.tool, forbidden=forbidden, speed=self.speed)
 
     def set_speed(self, said: str) -> None:
         """Take in "slower", "half", "normal" or "faster"."""

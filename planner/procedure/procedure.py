@@ -19,9 +19,9 @@ class Procedure:
             clip and cut, and stands right behind it.
 
     Raises:
-        ValueError: The procedure has no task, indices do not count from 1, words are not unique, a
-            clip or cut has no retraction behind it, the last task is no retraction, a task is
-            impossible, or all tasks are optional.
+        ValueError: The procedure has no task, or optional ones only. Indices do not count from 1,
+            or words are not unique. A clip or cut has no retraction behind it, or the last task
+            is no retraction. A task is impossible.
     """
 
     name: str

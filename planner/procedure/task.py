@@ -6,10 +6,9 @@ from dataclasses import dataclass
 
 from planner.procedure.task_kind import KINDS, Deed, TaskKind, entry_of
 from tissue_sim.outcome.clip_rule import USUAL_CLIPS
-from tissue_sim.patient.tube_names import TUBES, USUAL_TUBES, Tube
+from tissue_sim.patient.tube_names import OPTIONAL_TUBES, TUBES, Tube
 from tissue_sim.tools.instruments import INSTRUMENTS, right_tools
 
-OPTIONAL_TUBES: tuple[Tube, ...] = TUBES[len(USUAL_TUBES) :]  # in part of the patients only
 CLIP_NUMBERS = tuple(range(1, USUAL_CLIPS + 1))  # on a tube
 
 

@@ -1,4 +1,4 @@
-"""Decide which of the two usual tubes is the cystic duct, from the observation alone."""
+"""Decide from the observation alone which tube is the duct, and which tube comes first."""
 
 from __future__ import annotations
 
@@ -6,10 +6,8 @@ from math import erf, sqrt
 
 import numpy as np
 
-from planner.command import Structure, tube_where
-from planner.procedure.task import OPTIONAL_TUBES
 from tissue_sim.frames import Array
-from tissue_sim.patient.tube_names import USUAL_TUBES, Tube
+from tissue_sim.patient.tube_names import USUAL_TUBES, Structure, Tube, structure_where, tube_where
 from tissue_sim.sensing.observation import ROWS, TUBE_POINTS, Observation
 
 # In `std_m`.
@@ -48,11 +46,35 @@ def side_confidence(observation: Observation) -> float:
 
 def structure_seen(tube: Tube, observation: Observation) -> Structure:
     """Return the structure of a tube; the third tube is the second artery."""
-    if tube in OPTIONAL_TUBES:
-        return "second artery"
-    return "duct" if tube == duct_side(observation) else "artery"
+    return structure_where(tube, duct_side(observation))
 
 
 def tube_of(structure: Structure, observation: Observation) -> Tube:
     """Return the tube of a structure."""
     return tube_where(structure, duct_side(observation))
+
+
+def tubes_in_order(observation: Observation) -> tuple[Tube, ...]:
+    """Return the tubes that are there in the order of the procedure.
+
+    The order is left, right, third. Where the artery crosses the duct, the duct comes first,
+    whichever of the two lies in front.
+    """
+    tubes = observation.tubes
+    if duct_side(observation) == "left" or artery_beside_m(observation) >= 0.0:
+        return tubes
+    return ("right", "left", *tubes[len(USUAL_TUBES) :])
+
+
+def artery_beside_m(observation: Observation) -> float:
+    """Return the distance of the artery's upper end from the duct's line, in the endoscope's view.
+
+    The distance is at the tubes' mean depth. It is negative if the upper end lies on the duct's
+    other side than the lower end.
+    """
+    lines = {structure_seen(side, observation): observation.tube_m(side) for side in USUAL_TUBES}
+    duct, artery = (lines[tube][:, :2] / lines[tube][:, 2:] for tube in ("duct", "artery"))
+    up = np.argsort(duct[:, 1])
+    low, high = artery[[0, -1], 0] - np.interp(artery[[0, -1], 1], duct[up, 1], duct[up, 0])
+    depth_m = 0.5 * (lines["duct"][:, 2].mean() + lines["artery"][:, 2].mean())
+    return float(np.sign(low) * high * depth_m)

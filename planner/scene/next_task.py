@@ -1,4 +1,4 @@
-"""Find the next task on a tube, and in the whole procedure, from the observation alone."""
+"""Find the next task, on a tube and in the whole procedure, and its tool, as observed."""
 
 from __future__ import annotations
 
@@ -8,14 +8,13 @@ from numpy.typing import NDArray
 from planner.command import Deed
 from planner.procedure.cholecystectomy import CHOLECYSTECTOMY
 from planner.procedure.task import Task
-from planner.scene.crossing import tubes_in_order
-from planner.scene.duct_side import structure_seen
+from planner.scene.duct_side import structure_seen, tubes_in_order
 from tissue_sim.outcome.clip_rule import USUAL_CLIPS, clips_needed
 from tissue_sim.patient.tube_names import Tube
 from tissue_sim.sensing.observation import MAX_CLIPS, Observation
 from tissue_sim.sensing.polyline import distance_to_line_m
 from tissue_sim.tools.clips import CLIPS, ClipKind
-from tissue_sim.tools.instruments import Instrument, applier_for, applier_of, clip_of
+from tissue_sim.tools.instruments import INSTRUMENTS, Instrument, applier_for, applier_of, clip_of
 
 RATHER_MORE = 1.0  # standard deviations of a length; chosen on tuning patients
 ON_TUBE_M = 0.004  # from a clip's middle to the tube's centreline; assumed, about a tube's width
@@ -115,3 +114,31 @@ def lying_on(tube: Tube, observation: Observation) -> NDArray[np.bool_]:
     away_m = {t: distance_to_line_m(clips_m, observation.tube_m(t)) for t in observation.tubes}
     own_m = away_m.pop(tube, np.full(len(clips_m), np.inf))
     return (own_m <= ON_TUBE_M) & (own_m < np.min([*away_m.values()], axis=0))
+
+
+class ToolChoice:
+    """Chooses the tools of one patient's tasks, as a scrub nurse does.
+
+    A task that clips names any applier. The smallest kind of clip for the tube's width is chosen
+    when the tube's first clip is due, and stays. So noise of the observation never makes the tools
+    alternate.
+
+    Attributes:
+        appliers: Name of the applier of each tube whose first clip was due.
+    """
+
+    def __init__(self) -> None:
+        self.appliers: dict[str, str] = {}
+
+    def tool(self, task: Task, observation: Observation) -> str:
+        """Return the name of the tool for a task.
+
+        A task without a clip takes the mounted tool if that can do the same.
+        """
+        mounted = observation.right_instrument
+        if not task.places_clip or task.tube is None:
+            same = mounted.deed == INSTRUMENTS[task.right_tool].deed
+            return mounted.name if same else task.right_tool
+        if task.tube not in self.appliers:
+            self.appliers[task.tube] = applier_on(task.tube, observation).name
+        return self.appliers[task.tube]

@@ -23,11 +23,12 @@ from tissue_sim.patient.published import (
     DUCT_LENGTHS,
     LONGEST_M,
     MM,
+    SECOND_REVIEWS,
+    SECOND_SERIES,
     SHORTEST_M,
     Study,
     pooled,
 )
-from tissue_sim.patient.reported_shares import SECOND_REVIEWS, SECOND_SERIES
 from tissue_sim.tools.instruments import Instrument, applier_for, appliers, clip_of
 
 LENGTHS: dict[str, tuple[Study, ...]] = {"duct": DUCT_LENGTHS, "artery": ARTERY_LENGTHS}

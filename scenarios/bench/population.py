@@ -19,13 +19,16 @@ from tissue_sim.patient.population import (
     IN_FRONT_SHARE,
     SWAPPED_SHARE,
 )
-from tissue_sim.patient.published import MM, PUBLISHED, Study, pooled_moments
-from tissue_sim.patient.reported_shares import (
+from tissue_sim.patient.published import (
+    MM,
+    PUBLISHED,
     SECOND_REVIEWS,
     SECOND_SERIES,
     SHORT_ARTERIES,
     SHORT_DUCTS,
     ReportedShare,
+    Study,
+    pooled_moments,
 )
 
 TITLES = {name: name.removesuffix("_m").replace("_", " ") for name in PUBLISHED}
@@ -50,7 +53,7 @@ SHARES: dict[str, tuple[float, float, Callable[[Anatomy], bool]]] = {
 }
 """Shares of patients: the lowest and highest reported value, and the test of membership.
 
-The sources are in `tissue_sim.patient.reported_shares` and in docs/physics.md.
+The sources are in `tissue_sim.patient.published` and in docs/physics.md.
 """
 
 

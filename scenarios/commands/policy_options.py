@@ -35,9 +35,9 @@ def require_policies(
     """Check that both policies can be made.
 
     Raises:
-        BadInputError: a factory cannot be imported, a checkpoint does not fit, the endpoint that
-            the planner asks or a camera that the controller needs is not named, or the controller
-            looks at no pictures.
+        BadInputError: a factory cannot be imported, or a checkpoint does not fit. The planner's
+            endpoint or a camera of the controller is not named. The controller looks at no
+            pictures.
     """
     for option, name in (("--planner", planner), ("--controller", controller)):
         if ":" in name:

@@ -1,7 +1,7 @@
 """The tables of a report, which the terminal and the page show.
 
-On the page, a column "arm" has each system's colour, a column of an arm's name draws the shares of
-its cells, and a column "recording" links to the files.
+On the page, a column "arm" has each system's colour. A column of an arm's name draws the shares of
+its cells. A column "recording" links to the files.
 """
 
 from __future__ import annotations

@@ -108,10 +108,9 @@ class EpisodeConfig(Stack):
             None for no limit.
 
     Raises:
-        ValueError: As for `Stack`; for policies that do not know the procedure, a magnitude that
-            the scenario does not allow, a sense with which the scenario means nothing, a seed
-            that is not a whole number of at least 0, or a cap or limit that is not a number above
-            0.
+        ValueError: As for `Stack`; the policies do not know the procedure. The scenario does not
+            allow the magnitude, or means nothing with the sense. The seed is not a whole number of
+            at least 0. A cap or limit is not a number above 0.
     """
 
     scenario: str = "nominal"

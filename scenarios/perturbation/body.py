@@ -1,4 +1,4 @@
-"""Effects on the patient's body: unusual stiffness or sizes, and breathing.
+"""Effects on the patient's body: unusual stiffness or sizes, breathing, and a push.
 
 A stiffness or a size is moved closer to the limit of the possible values.
 """
@@ -13,13 +13,14 @@ import numpy as np
 from planner.procedure.task import Task
 from scenarios.perturbation.effect import Effect
 from scenarios.perturbation.perturbation import AtTime, Onset
-from tissue_sim.frames import UP, Array
+from tissue_sim.frames import RIGHT, UP, Array
 from tissue_sim.patient.anatomy import RANGES, WIDEST_TUBE, Anatomy
 
 if TYPE_CHECKING:
     from tissue_sim.world import World
 
 BREATH_S = 4.0  # 15 breaths a minute under anaesthesia, assumed
+NUDGE_S = 1.5  # there and back, assumed
 
 
 class OutOfRange(Effect):
@@ -86,3 +87,19 @@ class Breathing(Effect):
             return None
         time_s = world.record.time_s + world.config.control_step_s - self.applied[0].time_s
         return self.magnitude * np.sin(2.0 * np.pi * time_s / BREATH_S) * UP
+
+
+class Nudge(Effect):
+    """Pushes the body to the right by `magnitude` m and back."""
+
+    def before_step(self, world: World, task: Task) -> None:
+        del task
+        if not self.applied:
+            self.note(world.record.time_s)
+
+    def offset_m(self, world: World) -> Array | None:
+        step_s = world.config.control_step_s
+        share = (world.record.time_s + step_s - self.applied[0].time_s) / NUDGE_S
+        if share >= 1.0 + step_s / NUDGE_S:
+            return None
+        return self.magnitude * np.sin(np.pi * min(share, 1.0)) * RIGHT

@@ -73,9 +73,9 @@ PICTURES = table(
 """Faults of the pictures, for the sense `cameras`; another sense refuses them."""
 
 MANUAL: dict[str, Perturbation] = {p.name: p for p in table(
-    ("nudge the tissue", "manual:Nudge", 0.006, 0.02, "m",
+    ("nudge the tissue", "body:Nudge", 0.006, 0.02, "m",
      "the body is pushed aside and swings back"),
-    ("drop the clip", "manual:Drop", 1.0, 1.0, "clips", "the applier loses its clip"),
+    ("drop the clip", "slips:Drop", 1.0, 1.0, "clips", "the applier loses its clip"),
     ("shift the camera", "picture:CameraShift", 0.006, 0.02, "m", "the endoscope is bumped aside"),
     at=AtTime(time_s=0.0),
 )}

@@ -9,7 +9,7 @@ import numpy as np
 
 from planner.procedure.cholecystectomy import TASKS
 from planner.procedure.task import Task
-from scenarios.perturbation.effect import Effect
+from scenarios.perturbation.effect import Effect, Once
 from scenarios.perturbation.perturbation import Perturbation
 from tissue_sim.outcome.predicates import right_arm_back
 
@@ -51,3 +51,10 @@ class GraspSlip(Effect):
             self._is_over = world.record.time_s - self.applied[0].time_s >= GRASP_SLIPS_S
             grip = 1.0 if self._is_over else 1.0 - self.magnitude
             world.conditions = replace(world.conditions, grip=grip)
+
+
+class Drop(Once):
+    """The applier loses its clip at once, if it holds one."""
+
+    def change(self, world: World) -> None:
+        world.drop_clip()

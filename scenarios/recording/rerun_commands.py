@@ -43,8 +43,8 @@ class CommandRerun:
             allowed: Procedures from outside that may be imported; None for any.
 
         Raises:
-            ValueError: The recording is of another version, which has other options or patients,
-                or names a procedure that is not allowed or that is another one now.
+            ValueError: The recording is of another version, which has other options or patients.
+                Or its procedure is not allowed, or is another one now.
         """
         self._recording, self._config = recording, config_of(recording)
         self._procedure = _procedure_of(recording, self._config.procedure, allowed)

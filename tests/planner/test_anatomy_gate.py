@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from planner.rules.anatomy_gate import AnatomyGate
-from planner.scene.crossing import artery_beside_m
+from planner.scene.duct_side import artery_beside_m
 from planner.scene.next_task import clips_needed_on
 from tests.planner.observations import clipped, third_tube, writable
 from tests.tissue_sim.kinds import SLIM_APPLIER

@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from planner.scene.crossing import tubes_in_order
+from planner.scene.duct_side import tubes_in_order
 from planner.scene.next_task import NotNowError, clips_on, next_of_all, next_task
 from tests.planner.observations import clipped, third_tube, with_tube, writable
 from tests.tissue_sim.kinds import APPLIER, SLIM_APPLIER

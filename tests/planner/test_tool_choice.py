@@ -6,8 +6,7 @@ import numpy as np
 import pytest
 
 from planner.procedure.cholecystectomy import task_from_text
-from planner.scene.next_task import applier_on, clip_kinds, clips_needed_on
-from planner.scene.tool_choice import ToolChoice
+from planner.scene.next_task import ToolChoice, applier_on, clip_kinds, clips_needed_on
 from tests.planner.observations import clipped
 from tests.tissue_sim.kinds import APPLIER, POLYMER, SLIM_APPLIER, TITANIUM
 from tissue_sim.outcome import nurse

@@ -18,10 +18,11 @@ from tissue_sim.mechanics.arrays import TissueArrays
 from tissue_sim.mechanics.elasticity import (
     deformation_gradient,
     element,
+    fibre_stiffness,
+    fibre_stress,
     first_piola,
     stiffness_block,
 )
-from tissue_sim.mechanics.fibres import fibre_stiffness, fibre_stress
 from tissue_sim.mechanics.implicit import clear_blocks, copy_blocks, multiply
 from tissue_sim.mechanics.lanes import LANES, add_lanes
 

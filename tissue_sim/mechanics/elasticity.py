@@ -1,4 +1,4 @@
-"""Compute the fixed-corotated elasticity of one tetrahedron.
+"""Compute the fixed-corotated elasticity of one tetrahedron, and its collagen fibres.
 
     psi(F) = mu |F - R|^2 + lambda / 2 (J - 1)^2,    F = R S,  J = det F
 
@@ -7,6 +7,15 @@ the stiffness come from the invariants of F, without a singular value decomposit
 "Isotropic ARAP energy using Cauchy-Green invariants", 2022. The eigenvalues are those of Smith et
 al., "Analytic eigensystems for isotropic distortion energies", 2019. Bounds on these eigenvalues
 keep the stiffness positive semi-definite.
+
+The collagen fibres in a wall carry load only when stretched, and then stiffen:
+
+    psi(F) = c / 4 (s - 1)^4  for s > 1, else 0,      s = |F A|
+
+with the fibres' direction A at rest. Fibres that act in tension alone are from Holzapfel, Gasser
+and Ogden, "A new constitutive framework for arterial wall mechanics", 2000. Here the law is a
+power, because their exponential overflows in a step that overshoots. A crushed lumen does not
+stiffen: its wall is pressed and bent but not stretched along the tube.
 """
 
 from __future__ import annotations
@@ -14,7 +23,6 @@ from __future__ import annotations
 import warp as wp
 
 from tissue_sim.mechanics.arrays import TissueArrays
-from tissue_sim.mechanics.fibres import fibre_energy
 
 wp.set_module_options({"enable_backward": False})
 
@@ -24,6 +32,39 @@ POINT = wp.constant(
 )  # |F|^2 below which powers of the invariants leave the range of float32
 MAX_NEWTON = wp.constant(20)
 ROUNDING = wp.constant(1.0e-5)  # of the stretches: a margin that keeps every axis stable
+
+
+@wp.func
+def fibre_stress(F: wp.mat33, along: wp.vec3, c: float):
+    """Return the fibres' first Piola-Kirchhoff stress, in the unit of c."""
+    drawn = F * along
+    stretch = wp.length(drawn)
+    over = stretch - 1.0
+    if over <= 0.0:
+        return wp.mat33()
+    tension = c * over * over * over / stretch
+    return wp.outer(drawn * tension, along * 1.0)
+
+
+@wp.func
+def fibre_stiffness(F: wp.mat33, along: wp.vec3, c: float):
+    """Return M such that the block of corners with rest gradients g and h is (g.A) (h.A) M."""
+    drawn = F * along
+    stretch = wp.length(drawn)
+    over = stretch - 1.0
+    if over <= 0.0:
+        return wp.mat33()
+    n = drawn / stretch
+    tension = c * over * over * over / stretch
+    slope = 3.0 * c * over * over
+    return wp.identity(n=3, dtype=float) * tension + wp.outer(n, n) * (slope - tension)
+
+
+@wp.func
+def fibre_energy(F: wp.mat33, along: wp.vec3, c: float):
+    """Return psi, in the unit of c."""
+    over = wp.max(wp.length(F * along) - 1.0, 0.0)
+    return 0.25 * c * over * over * over * over
 
 
 @wp.struct

@@ -9,7 +9,8 @@ import warp as wp
 
 from tissue_sim.mechanics.arrays import TissueArrays
 from tissue_sim.mechanics.sides import is_severed
-from tissue_sim.mechanics.touch import add_vertex_term, ring_centre
+from tissue_sim.mechanics.touch import add_vertex_term
+from tissue_sim.mechanics.tube_contact import ring_centre
 
 wp.set_module_options({"enable_backward": False})
 

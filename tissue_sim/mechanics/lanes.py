@@ -1,6 +1,6 @@
 """Compute forces and stiffness of sixteen elements at a time, one in each lane of a vector.
 
-The formulas and names are those of `elasticity`, `fibres` and `assembly`, which compute one element
+The formulas and names are those of `elasticity` and `assembly`, which compute one element
 in Warp. This code is C++ because Warp has no vectors of lanes. The rotation of a collapsed element
 needs the singular value decomposition, so the Warp functions compute such elements.
 """

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from tissue_sim.mechanics.arrays import TissueArrays, ToolShapes
 from tissue_sim.mechanics.bar_contact import BALLS, BAR_VERTICES, N_BARS
-from tissue_sim.mechanics.coarse import MODES, parts_of, skyline_capacity
+from tissue_sim.mechanics.coarse_motion import MODES, parts_of, skyline_capacity
 from tissue_sim.mechanics.topology import (
     boundary_faces,
     components,

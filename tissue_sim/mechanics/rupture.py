@@ -14,8 +14,7 @@ from __future__ import annotations
 import warp as wp
 
 from tissue_sim.mechanics.arrays import TissueArrays
-from tissue_sim.mechanics.elasticity import deformation_gradient, first_piola
-from tissue_sim.mechanics.fibres import fibre_stress
+from tissue_sim.mechanics.elasticity import deformation_gradient, fibre_stress, first_piola
 
 wp.set_module_options({"enable_backward": False})
 

@@ -15,7 +15,8 @@ from tissue_sim.mechanics.gallbladder_contact import add_sac_contact
 from tissue_sim.mechanics.implicit import StepParameters, begin_step, solve_step
 from tissue_sim.mechanics.springs import add_springs, break_springs
 from tissue_sim.mechanics.strands import add_strands, break_strands, react_to_strands
-from tissue_sim.mechanics.touch import add_surface_contact, add_tube_contact, react_on_tools
+from tissue_sim.mechanics.touch import add_surface_contact, react_on_tools
+from tissue_sim.mechanics.tube_contact import add_tube_contact
 from tissue_sim.mechanics.untangle import untangle
 
 wp.set_module_options({"enable_backward": False})

@@ -14,7 +14,7 @@ from tissue_sim.frames import Array
 from tissue_sim.mechanics import assembly, elasticity, rupture, springs
 from tissue_sim.mechanics.arrays import TissueArrays, ToolShapes
 from tissue_sim.mechanics.bar_contact import N_BARS, Bar
-from tissue_sim.mechanics.coarse import skyline
+from tissue_sim.mechanics.coarse_motion import skyline
 from tissue_sim.mechanics.implicit import StepParameters
 from tissue_sim.mechanics.layout import (
     HOST,

@@ -5,9 +5,9 @@ nearly incompressible elements around it would have to change volume to unfold. 
 modulus, the fold opens. So elements that share a vertex with a folded element lose their bulk
 modulus. An element counts as folded from its inversion until it has regained most of its volume. If
 the bulk modulus returned as soon as the element turns, the element would fold again and again.
-The soft filling beside a clip that holds a part of the gallbladder's wall would stay folded, because
-the wall is much stiffer. A folded element therefore has at least a wall's shear modulus. Nothing is
-untangled under a clip.
+The soft filling beside a clip that holds a part of the gallbladder's wall would stay folded,
+because the wall is much stiffer. A folded element therefore has at least a wall's shear modulus.
+Nothing is untangled under a clip.
 """
 
 from __future__ import annotations

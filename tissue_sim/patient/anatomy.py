@@ -12,7 +12,7 @@ import numpy as np
 
 from tissue_sim.patient.population import Colour, draw
 from tissue_sim.patient.published import LONGEST_M, SHORTEST_M
-from tissue_sim.patient.tube_names import TUBES, USUAL_TUBES, Tube
+from tissue_sim.patient.tube_names import TUBES, USUAL_TUBES, Structure, Tube, structure_where
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -165,11 +165,9 @@ class Anatomy:
         text = json.dumps(asdict(self), sort_keys=True)
         return hashlib.sha256(text.encode()).hexdigest()[:12]
 
-    def structure(self, tube: str) -> str:
+    def structure(self, tube: Tube) -> Structure:
         """Return the structure of one of `TUBES`: "duct", "artery" or "second artery"."""
-        if tube == "third":
-            return "second artery"
-        return "artery" if (tube == "left") == self.artery_on_left else "duct"
+        return structure_where(tube, "right" if self.artery_on_left else "left")
 
     def _check_widths(self) -> None:
         """Refuse a tube that is wider than its infundibulum."""

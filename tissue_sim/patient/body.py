@@ -16,7 +16,8 @@ from tissue_sim.patient.assistant import (
     assistant_of,
     shaft_length_m,
 )
-from tissue_sim.patient.organ import LiverBed, Organ
+from tissue_sim.patient.organ import Organ
+from tissue_sim.patient.supports import LiverBed
 from tissue_sim.tools.arms import ASSISTANT, LIVER
 
 LIVER_SIZE_M = (0.055, 0.008, 0.065)  # half sizes: across, through, along

@@ -6,8 +6,8 @@ show.
 
 Collagen lets a tube tear at a realistic stretch. Without it, a wall with the modulus of small
 stretches would reach its strength at three times its length. The fibres run along the tube
-(`mechanics/fibres.py` has their law). At the stretch of failure, the fibres carry the load that the
-soft wall does not.
+(`mechanics/elasticity.py` has their law). At the stretch of failure, the fibres carry the load that
+the soft wall does not.
 """
 
 from __future__ import annotations

@@ -6,8 +6,8 @@ reflection of tissue in steel. Short shadows are found in the depth picture. It 
 tone curve in place of clipping, softened edges, dark corners, and positions in micrometres instead
 of millimetres.
 
-A clear surface lets through a share of the pixels behind it, in a fine pattern ("interleaved
-gradient noise", Jimenez, 2014) that the softened edges blur. Its share is the material's
+A clear surface lets through a share of the pixels behind it. They form a fine pattern ("interleaved
+gradient noise", Jimenez, 2014), which the softened edges blur. The share is the material's
 transmission, which 'minimal' does not use.
 
 The film needs two numbers that 'minimal' does not use. The fourth component of a material's

@@ -14,14 +14,13 @@ from numpy.typing import NDArray
 
 from tissue_sim.field import Field
 from tissue_sim.frames import Array
-from tissue_sim.rendering.drawn_assistant import DrawnAssistant
 from tissue_sim.rendering.drawn_bed import DrawnBed
 from tissue_sim.rendering.drawn_clips import DrawnClips
 from tissue_sim.rendering.drawn_fat import DrawnFat
 from tissue_sim.rendering.drawn_leaks import DrawnLeaks
 from tissue_sim.rendering.drawn_ligament import DrawnLigament
 from tissue_sim.rendering.drawn_strands import DrawnStrands
-from tissue_sim.rendering.drawn_surroundings import DrawnSurroundings
+from tissue_sim.rendering.drawn_surroundings import DrawnAssistant, DrawnSurroundings
 from tissue_sim.rendering.drawn_tissue import DrawnTissue
 from tissue_sim.rendering.illumination import Illumination
 from tissue_sim.rendering.renderer import render_system

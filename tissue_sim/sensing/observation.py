@@ -95,9 +95,9 @@ class Observation(Encoded):
     All readers share the same observation, so its arrays are read-only; write into a copy.
 
     Attributes:
-        tubes_m: (3, 8, 3) points of the tubes' centrelines, in the order of `TUBES`: the left and
-            the right tube in the endoscope's view, and the third tube. Without a third tube, all
-            its values are zero, and its points hidden. The accessors take the tube's name.
+        tubes_m: (3, 8, 3) points of the tubes' centrelines, in the order of `TUBES`. Left and
+            right are as the endoscope sees them. Without a third tube, all its values are zero,
+            and its points hidden. The accessors take the tube's name.
         sac_m: (5, 3) axis of the infundibulum.
         common_bile_duct_m, hepatic_artery_m: (4, 3) points of the centrelines of the structures at
             risk.

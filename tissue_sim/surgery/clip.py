@@ -210,11 +210,10 @@ def _width_on_m(tubes: Tubes, crossing: Crossing, width_m: float) -> float:
 def holding_forces_n(tubes: Tubes, clip: Clip, grip: float) -> tuple[float, float]:
     """Return the largest pulls that a clip holds along its tube and across it, N.
 
-    Along the tube, both legs rub: the force is 2 mu N s cos(tilt), with grip N and seat s, and at
-    most what bends or slides off a clip of this kind. The
-    pull-off force grows with the clip's seated area (Schenk et al., "Pull-off characteristics of
-    double-shanked compared to single-shanked ligation clips", 2016). Ribs resist the part of the
-    pull normal to the legs.
+    Along the tube, both legs rub. The force is 2 mu N s cos(tilt), with grip N and seat s. It is at
+    most what bends or slides off a clip of this kind. The pull-off force grows with the clip's
+    seated area (Schenk et al., "Pull-off characteristics of double-shanked compared to
+    single-shanked ligation clips", 2016). Ribs resist the part of the pull normal to the legs.
 
     Across the tube, the lock holds, unless the clip tips over the edge of its seat. The pull acts
     at the clip's middle, (1 - s) w / 2 from the middle of the seat. The seat's load N s can move by

@@ -11,7 +11,7 @@ from dataclasses import replace
 import numpy as np
 
 from tissue_sim.frames import AWAY, Array, transform
-from tissue_sim.patient.organ import LiverBed
+from tissue_sim.patient.supports import LiverBed
 from tissue_sim.surgery.clip import Clip
 from tissue_sim.surgery.clip_bar import balls_m, depths
 from tissue_sim.tools.arms import ContactShapes

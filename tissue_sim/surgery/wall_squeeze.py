@@ -1,9 +1,10 @@
 """Find the part of the gallbladder's wall between a clip's legs, and the springs that press it.
 
 The wall's mesh is coarse: rings are 2.5 mm apart at the neck. As on a tube, the legs' width decides
-which vertices they hold. If the legs close on the wall between two rings, or their width covers
-vertices on one side only, they hold the whole part of the nearest ring between them. A fold of the
-wall may bring vertices of different rings together, so that springs join whatever lies opposite.
+which vertices they hold. The legs may close on the wall between two rings, or their width may cover
+vertices on one side only. Then they hold the whole part of the nearest ring between them. A fold
+of the wall may bring vertices of different rings together, so that springs join whatever lies
+opposite.
 """
 
 from __future__ import annotations

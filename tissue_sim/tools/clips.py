@@ -1,10 +1,10 @@
 """Define the kinds of ligation clip: size, the vessels a kind is for, grip, and look.
 
-A surgeon chooses the clip by the vessel. Metal clips have sizes for ranges of the vessel's width:
-medium for 2 to 4 mm, medium-large for 3.5 to 7 mm (Schenk et al., Innov. Surg. Sci. 1, 2016, p.
-41-46). In 133 of 153 people, a metal clip of a 5 mm applier closed the cystic duct. Ducts wider
-than 4.2 mm needed something else (Tabe et al., Cureus 2025). Numbers are assumed unless a source
-stands beside them; no datasheet with a clip's width along the vessel was found.
+A surgeon chooses the clip by the vessel. Metal clips have sizes for ranges of the vessel's width.
+A medium one is for 2 to 4 mm, a medium-large one for 3.5 to 7 mm (Schenk et al., Innov. Surg. Sci.
+1, 2016, p. 41-46). In 133 of 153 people, a metal clip of a 5 mm applier closed the cystic duct.
+Ducts wider than 4.2 mm needed something else (Tabe et al., Cureus 2025). Numbers are assumed unless
+a source stands beside them; no datasheet with a clip's width along the vessel was found.
 """
 
 from __future__ import annotations
@@ -23,9 +23,9 @@ class ClipKind:
         length_m: Length of the closed legs.
         vessel_m: Least and largest outer diameter of a vessel that the kind is for.
         latch_gap_m: Distance of the legs' middles at which the clip stays closed.
-        friction: Pull along the vessel over both legs' force, halved: friction on wet tissue, and
-            what the tissue that bulges beside a narrow bar adds (Schenk et al.: "deep indentation
-            of the metal bar with a high retention force").
+        friction: Pull along the vessel over both legs' force, halved. It is friction on wet tissue
+            and what tissue adds that bulges beside a narrow bar. Schenk et al. describe a "deep
+            indentation of the metal bar with a high retention force".
         slides_n: Pull along the vessel that the kind never holds, whatever the grip.
         lock_strength_n: Pull across the vessel at which the clip opens.
         leg_thickness_m: Thickness of one leg in the closing direction.
@@ -96,7 +96,7 @@ CLIPS: dict[str, ClipKind] = {
 """All kinds, the smallest first."""
 
 
-def kind_for(diameter_m: float, kinds: dict[str, ClipKind] = CLIPS) -> ClipKind:
+def kind_for(diameter_m: float) -> ClipKind:
     """Return the smallest kind for a vessel of this outer diameter; the largest if none fits."""
-    fitting = [kind for kind in kinds.values() if kind.fits(diameter_m)]
-    return fitting[0] if fitting else list(kinds.values())[-1]
+    fitting = [kind for kind in CLIPS.values() if kind.fits(diameter_m)]
+    return fitting[0] if fitting else list(CLIPS.values())[-1]

@@ -25,8 +25,8 @@ def names_an_act(part: str) -> bool:
 def parts_of(text: str) -> list[str]:
     """Return the parts of an English sentence, each a sentence of its own; one if it has no joint.
 
-    A part that names no arm, or "it", is about the arm before; a deed without a tube about the one
-    that is named next to it; a direction of both arms about one after the other.
+    A part that names no arm, or "it", is about the arm before. A deed without a tube is about the
+    one that is named next to it. A direction of both arms is about one after the other.
     """
     plain = _RE["later"].sub(r"\2, then \1", text.lower().strip().rstrip(".!"))
     plain = _RE["asides"].sub("", plain)

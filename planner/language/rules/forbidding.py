@@ -22,8 +22,8 @@ def forbidden_in(text: str) -> tuple[Prohibition, ...]:
     """Return what an English sentence forbids; empty if it names no act.
 
     A denial in a request for what is dangerous, "cut it, I don't mind the clips", forbids nothing.
-    What is excepted, "anything but the duct", is forbidden with the rest: an exception that is
-    misread could not be undone, and a person soon allows one thing.
+    What is excepted, "anything but the duct", is forbidden with the rest. A misread exception
+    could not be undone, and a person soon allows one thing.
     """
     whole = in_plain_letters(text)
     if excepts(text) and warns(text):

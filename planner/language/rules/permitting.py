@@ -1,8 +1,8 @@
 """From a sentence to the act that a person allows again, and whether that is sure.
 
 A permission that is heard where a ban was meant may injure. So a text that denies or doubts
-anything besides the ban that it ends allows nothing;
-one that reports, guesses or sets a time is not sure.
+anything besides the ban that it ends allows nothing. One that reports, guesses or sets a time is
+not sure.
 """
 
 from __future__ import annotations

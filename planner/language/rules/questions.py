@@ -16,7 +16,7 @@ from planner.language.rules.phrase_search import (
     phrase_lists,
     whole_words,
 )
-from planner.language.rules.third_tube import with_artery
+from planner.language.rules.spelling import with_artery
 from planner.language.rules.warning import warns
 
 Question = Literal[

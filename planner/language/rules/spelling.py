@@ -1,7 +1,8 @@
-"""Mend letters and words that are misspelt, as a keyboard or speech recognition spells them.
+"""Mend letters and words that are misspelt, and give the third tube one name.
 
 Letters are taken for what they look like, without hidden ones and spaces between them. Words are
-those of the theatre, and of whom a sentence addresses.
+misspelt as by a keyboard or by speech recognition. They are those of the theatre, and of whom a
+sentence addresses.
 """
 
 from __future__ import annotations
@@ -10,7 +11,13 @@ import re
 import unicodedata
 from functools import cache
 
-from planner.language.rules.phrase_search import phrase_lists, rewritten, rules_in, whole_words
+from planner.language.rules.phrase_search import (
+    patterns,
+    phrase_lists,
+    rewritten,
+    rules_in,
+    whole_words,
+)
 from planner.language.rules.warning import warns
 
 
@@ -56,3 +63,27 @@ def _joined(spaced: str) -> str:
     """Return a warning that is spelt, "s-t-o-p", as a word; other letters as they are."""
     word = re.sub(r"[ .\-_*]", "", spaced)
     return word if warns(word) else spaced
+
+
+# The third tube: "second artery", "accessory vessel"
+
+THIRD_TUBE = "thirdtube"  # one word, so that no rule reads a clip's number in it
+
+
+def with_third_tube(text: str) -> str:
+    """Return a text in which every name of the third tube is `THIRD_TUBE`.
+
+    The number of an artery and that of a clip are the same words. So the name is taken out of a
+    text before any clip is counted: "second clip on the second artery".
+    """
+    if patterns("third_tube")["other_count"].search(text):
+        return text
+    return rewritten(text, rules_in("third_tube", "names", re.IGNORECASE))
+
+
+def with_artery(text: str) -> str:
+    """Return a text with the artery in place of the third tube, for what knows two tubes only.
+
+    What a sentence does with a tube does not depend on the tube.
+    """
+    return text.replace(THIRD_TUBE, "artery")

@@ -8,7 +8,7 @@ import pytest
 from planner.command import COMMANDS, TUBES
 from planner.instruction import TASKS
 from planner.language.interpreter import Interpreter
-from planner.language.rules.third_tube import with_third_tube
+from planner.language.rules.spelling import with_third_tube
 from planner.language.slots import SLOTS
 from tests.planner.language.scoring import as_written
 from tests.planner.language.test_protocol_sets import DOCS, as_a_row

@@ -8,9 +8,10 @@ import pytest
 from planner.instruction import TASKS, Instruction
 from planner.language.interpreter import Interpreter
 from planner.person.answers import answer
+from planner.person.override import PlannerOverridden
 from planner.procedure.cholecystectomy import task_from_text
 from tests.planner.observations import at_work, clipped, third_tube
-from tests.planner.person.fixed import fixed
+from tests.planner.person.fixed import PlannerFixed, fixed
 from tissue_sim.tools.instruments import CLIP_APPLIER, SLIM_CLIP_APPLIER
 
 HEARD = Interpreter()
@@ -47,6 +48,29 @@ def test_a_person_s_applier_is_in_the_instruction_of_the_tube_at_hand(text, tool
     assert "for the duct" in given.reply
     other = Instruction(task=task_from_text("clipping first clip right tube"))
     assert planner.standing.applied_to(other, seen).tool == ""
+
+
+@pytest.mark.parametrize(
+    ("text", "tool"),
+    [
+        ("the weather is nice", CLIP_APPLIER),
+        ("move the right arm up", CLIP_APPLIER),  # within the planner's task
+        ("use the titanium clip", SLIM_CLIP_APPLIER),
+        ("clip the artery", ""),  # another task: the nurse chooses
+    ],
+)
+def test_the_planners_tool_stays_unless_a_person_orders_something_else(text, tool):
+    planned = Instruction(task=CLIP_DUCT, tool=CLIP_APPLIER)
+    planner, seen = PlannerOverridden(PlannerFixed(instruction=planned)), wide(3.5, 2.0)
+    planner.plan(seen)
+    planner.hear(HEARD.read(text), seen)
+    assert planner.in_force(seen).tool == tool
+
+
+def test_a_tool_that_cannot_do_the_planners_task_is_refused():
+    wrong = Instruction(task=CLIP_DUCT, tool="scissors")
+    with pytest.raises(ValueError, match="'scissors' for 'clipping first clip left tube': to clip"):
+        PlannerOverridden(PlannerFixed(instruction=wrong)).plan(clipped())
 
 
 @pytest.mark.parametrize(

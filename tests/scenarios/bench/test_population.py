@@ -32,10 +32,11 @@ from tissue_sim.patient.published import (
     DUCT_LENGTHS,
     LONGEST_M,
     PUBLISHED,
+    SECOND_REVIEWS,
+    SECOND_SERIES,
     SHORTEST_M,
     pooled_moments,
 )
-from tissue_sim.patient.reported_shares import SECOND_REVIEWS, SECOND_SERIES
 from tissue_sim.tools.instruments import appliers
 
 PLOT = Path(__file__).parents[3] / "docs/anatomy.png"

@@ -11,6 +11,7 @@ from planner.instruction import TASKS
 from scenarios.catalogue import CONTROLLERS, PolicyEntry
 from scenarios.perturbation.body import (
     BREATH_S,
+    NUDGE_S,
     LargeGallbladder,
     ShortTubes,
     SoftTissue,
@@ -18,7 +19,6 @@ from scenarios.perturbation.body import (
     WideTubes,
 )
 from scenarios.perturbation.effects import Effects
-from scenarios.perturbation.manual import NUDGE_S
 from scenarios.perturbation.perturbation import AtTask, AtTime
 from scenarios.perturbation.perturbations import MANUAL
 from scenarios.perturbation.slips import GRASP_SLIPS_S

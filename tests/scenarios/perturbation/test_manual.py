@@ -8,7 +8,7 @@ import pytest
 from scenarios.catalogue import ORACLE
 from scenarios.loop.episode_config import EpisodeConfig
 from scenarios.loop.person.inbox import Inbox
-from scenarios.perturbation.manual import NUDGE_S
+from scenarios.perturbation.body import NUDGE_S
 from scenarios.perturbation.perturbations import MANUAL
 from scenarios.run_episode import begin
 

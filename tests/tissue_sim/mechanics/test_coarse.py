@@ -8,8 +8,7 @@ import pytest
 from tests.tissue_sim.bodies import dense_stiffness
 from tests.tissue_sim.verification.bodies import EPS
 from tissue_sim.frames import Array
-from tissue_sim.mechanics.coarse import MODES, parts_of, skyline
-from tissue_sim.mechanics.coarse_motion import DIAGONAL_SHIFT
+from tissue_sim.mechanics.coarse_motion import DIAGONAL_SHIFT, MODES, parts_of, skyline
 from tissue_sim.mechanics.tissue import Tissue, TissueConfig
 from tissue_sim.mechanics.topology import components
 from tissue_sim.patient.organ import build_organ

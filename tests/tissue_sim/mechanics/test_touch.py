@@ -9,7 +9,8 @@ from tissue_sim.frames import AWAY, Array, axis_angle, pose, transform, unit
 from tissue_sim.mechanics.layout import N_SHAPES
 from tissue_sim.mechanics.tissue import Tissue, TissueConfig
 from tissue_sim.mechanics.touch import BED_STIFFNESS, NORMAL_STIFFNESS, STICK_STIFFNESS
-from tissue_sim.patient.organ import TUBE_SECTORS, TUBES, LiverBed, build_organ
+from tissue_sim.patient.organ import TUBE_SECTORS, TUBES, build_organ
+from tissue_sim.patient.supports import LiverBed
 from tissue_sim.patient.textbook import textbook_from_seed
 from tissue_sim.surgery.grasp import LEFT_FINGERS, Grasp, follow_grasp
 from tissue_sim.thresholds import GRASP_MAX_SLIP_M

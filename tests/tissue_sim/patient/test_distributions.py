@@ -16,17 +16,15 @@ from tissue_sim.patient.population import (
 from tissue_sim.patient.published import (
     PUBLISHED,
     REVIEWS,
-    SHORTEST_M,
-    Study,
-    pooled,
-    pooled_moments,
-)
-from tissue_sim.patient.reported_shares import (
     SECOND_REVIEWS,
     SECOND_SERIES,
     SHORT_ARTERIES,
     SHORT_DUCTS,
+    SHORTEST_M,
     ReportedShare,
+    Study,
+    pooled,
+    pooled_moments,
     pooled_share,
 )
 

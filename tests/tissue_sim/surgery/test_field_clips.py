@@ -262,17 +262,23 @@ def test_a_dropped_clip_falls_into_the_field_and_is_not_a_failure(world: World) 
     assert not nurse.is_needed(world.observe(), "clip_applier", clip=True)
 
 
-def test_a_clip_dropped_over_the_liver_lands_on_its_bed(world: World) -> None:
-    bed = world.organ.bed
-    T = world.arms.T_world_tool()[RIGHT_ARM]
-    T[:3, 3] = bed.point_m + 0.002 * bed.normal + 0.05 * bed.along
+def dropped_over(world: World, bed_point_m: Array) -> Clip:
+    """Drop a clip 2 mm over the liver's bed, which is at this point; return it where it lies."""
+    bed, T = world.organ.bed, world.arms.T_world_tool()[RIGHT_ARM]
+    T[:3, 3] = bed_point_m + 0.002 * bed.normal + 0.05 * bed.along
     world.drop_clip()
     world.record = replace(world.record, clips=(replace(world.record.clips[0], T_world_clip=T),))
     for _ in range(30):
         world.step(HOME)
     (clip,) = world.record.clips
     assert clip.fall_m_s is None
-    assert abs((clip.T_world_clip[:3, 3] - bed.point_m) @ bed.normal) < 1e-9
+    assert abs((clip.T_world_clip[:3, 3] - bed_point_m) @ bed.normal) < 1e-9
+    return clip
+
+
+def test_a_clip_dropped_over_the_liver_lands_on_its_bed(world: World) -> None:
+    bed = world.organ.bed
+    clip = dropped_over(world, bed.point_m)
     lay_m = clip.T_world_clip[:3, 3]
     for k in range(1, 8):  # the liver rises in a breath, and the clip on it
         offset_m = 1e-3 * k * UP
@@ -288,15 +294,7 @@ def test_a_clip_dropped_over_a_displaced_liver_lands_on_it_there(world: World) -
     bed, offset_m = world.organ.bed, 0.004 * AWAY
     world.shift_body(offset_m)
     world.step(HOME)
-    T = world.arms.T_world_tool()[RIGHT_ARM]
-    T[:3, 3] = bed.point_m + offset_m + 0.002 * bed.normal + 0.05 * bed.along
-    world.drop_clip()
-    world.record = replace(world.record, clips=(replace(world.record.clips[0], T_world_clip=T),))
-    for _ in range(30):
-        world.step(HOME)
-    (clip,) = world.record.clips
-    assert clip.fall_m_s is None
-    assert abs((clip.T_world_clip[:3, 3] - offset_m - bed.point_m) @ bed.normal) < 1e-9
+    dropped_over(world, bed.point_m + offset_m)
 
 
 def test_a_restored_clip_continues_its_fall(world: World) -> None:

@@ -11,7 +11,8 @@ from tissue_sim.mechanics.tissue import Tissue, TissueConfig
 from tissue_sim.mechanics.topology import boundary_faces
 from tissue_sim.patient.material import Material
 from tissue_sim.patient.mesher import Indices, oriented
-from tissue_sim.patient.organ import TUBES, LiverBed, Organ
+from tissue_sim.patient.organ import TUBES, Organ
+from tissue_sim.patient.supports import LiverBed
 from tissue_sim.patient.tubes import Tubes
 
 EPS = float(np.finfo(np.float32).eps)
