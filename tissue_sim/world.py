@@ -14,7 +14,8 @@ from numpy.typing import NDArray
 from tissue_sim.constants import CONTROL_PERIOD_S, WORLD_VERSION
 from tissue_sim.field import Field
 from tissue_sim.frames import Array, endoscope_pose
-from tissue_sim.mechanics.tissue import Tissue, TissueConfig
+from tissue_sim.mechanics.step import TissueConfig
+from tissue_sim.mechanics.tissue import Tissue
 from tissue_sim.patient.anatomy import Anatomy
 from tissue_sim.patient.body import Body
 from tissue_sim.patient.mesher import Indices

@@ -11,7 +11,7 @@ from tissue_sim.world import WorldConfig
 ROOT = Path(__file__).parents[2]
 PACKAGES = ("tissue_sim", "planner", "controller", "scenarios")
 OWNER = "tissue_sim/constants.py"
-VISCOSITY = "tissue_sim/mechanics/tissue.py"  # a time of the material, by chance also 1/30 s
+VISCOSITY = "tissue_sim/mechanics/step.py"  # a time of the material, by chance also 1/30 s
 
 
 def test_the_control_period_is_one_over_its_rate():

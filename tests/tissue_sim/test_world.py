@@ -13,7 +13,7 @@ from tests.tissue_sim.treatment import TUBE, assert_same, clip_and_cut, run
 from tests.tissue_sim.verification.bodies import astride
 from tests.worlds import textbook_world
 from tissue_sim.frames import Array
-from tissue_sim.mechanics.tissue import TissueConfig
+from tissue_sim.mechanics.step import TissueConfig
 from tissue_sim.patient.textbook import textbook_from_seed
 from tissue_sim.surgery.clip import latch
 from tissue_sim.surgery.cut import sever

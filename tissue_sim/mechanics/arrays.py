@@ -174,3 +174,15 @@ class ToolShapes:
     T_world_link_before: wp.array2d(dtype=wp.mat44)  # one tissue step ago
     force: wp.array2d(dtype=wp.vec3)
     torque: wp.array2d(dtype=wp.vec3)
+
+
+# The arrays that a step or an event changes; other arrays follow from the organ or from these.
+STATE = (
+    "n_vertex", "n_part", "part", "position", "rest", "rest_inverse", "volume", "velocity", "mass",
+    "surface", "covered", "load", "tet", "tet_alive", "folded",
+    "mu", "lam", "stiffness_at", "stiffness_holds",
+    "tie_stiffness", "link", "link_rest", "link_stiffness", "link_strength", "anchor_stiffness",
+    "strand_shape", "strand_point", "strand_normal",
+    "contact_shape", "contact_side", "contact_force", "stick_point", "ring_above",
+    "bed_force",
+)  # fmt: skip

@@ -6,6 +6,9 @@ environments overlap.
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+from typing import Any
+
 import warp as wp
 
 from tissue_sim.mechanics.arrays import TissueArrays, ToolShapes
@@ -20,6 +23,41 @@ from tissue_sim.mechanics.tube_contact import add_tube_contact
 from tissue_sim.mechanics.untangle import untangle
 
 wp.set_module_options({"enable_backward": False})
+
+
+@dataclass(frozen=True, kw_only=True)
+class TissueConfig:
+    """Step size, damping, gravity and solver settings of the tissue.
+
+    Attributes:
+        iterations: Largest number of conjugate-gradient iterations in each step; assumed.
+        tolerance: Bound on the preconditioned residual, relative to its start; assumed.
+        settled_j: Preconditioned residual, as an energy, that always ends the iteration.
+    """
+
+    step_s: float = (
+        1.0 / 60.0
+    )  # two steps per control step: a single step leaves tangles after a crush
+    damping_per_s: float = 5.0  # mass-proportional, assumed
+    viscosity_s: float = 1.0 / 30.0  # Kelvin-Voigt; loss tangent 0.2 at 1 Hz, assumed
+    gravity_m_s2: tuple[float, float, float] = (0.0, 0.0, -9.81)
+    iterations: int = 60
+    tolerance: float = 1.0e-2
+    settled_j: float = 1.0e-10  # about a micrometre at the tubes' stiffness
+
+
+def step_parameters(config: TissueConfig) -> Any:
+    """Convert the configuration to the kernels' structure."""
+    c: Any = StepParameters()
+    c.step_s = config.step_s
+    c.viscosity = config.viscosity_s / config.step_s
+    c.damping_per_s = config.damping_per_s
+    c.gravity = wp.vec3(*config.gravity_m_s2)
+    c.iterations = config.iterations
+    c.tolerance = config.tolerance
+    c.settled_j = config.settled_j
+    return c
+
 
 STAGES = (
     "predict",

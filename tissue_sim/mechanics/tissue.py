@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -12,10 +11,9 @@ from numpy.typing import NDArray
 
 from tissue_sim.frames import Array
 from tissue_sim.mechanics import assembly, elasticity, rupture, springs
-from tissue_sim.mechanics.arrays import TissueArrays, ToolShapes
+from tissue_sim.mechanics.arrays import STATE, TissueArrays, ToolShapes
 from tissue_sim.mechanics.bar_contact import N_BARS, Bar
 from tissue_sim.mechanics.coarse_motion import skyline
-from tissue_sim.mechanics.implicit import StepParameters
 from tissue_sim.mechanics.layout import (
     HOST,
     LINK_CAPACITY,
@@ -23,56 +21,17 @@ from tissue_sim.mechanics.layout import (
     require_sound_organ,
     starting_values,
 )
-from tissue_sim.mechanics.step import STAGES, take_stages
-from tissue_sim.mechanics.topology import block_pattern, boundary_faces, components
+from tissue_sim.mechanics.step import STAGES, TissueConfig, step_parameters, take_stages
+from tissue_sim.mechanics.topology import (
+    block_pattern,
+    boundary_faces,
+    components,
+    inverse_edges,
+    on_corners,
+)
 from tissue_sim.patient.material import DENSITY_KG_M3, REMNANT_STIFFNESS, REMNANT_STRENGTH
 from tissue_sim.patient.mesher import Indices, signed_volumes
 from tissue_sim.patient.organ import REGIONS, Organ
-
-# The arrays that a step or an event changes; other arrays follow from the organ or from these.
-STATE = (
-    "n_vertex", "n_part", "part", "position", "rest", "rest_inverse", "volume", "velocity", "mass",
-    "surface", "covered", "load", "tet", "tet_alive", "folded",
-    "mu", "lam", "stiffness_at", "stiffness_holds",
-    "tie_stiffness", "link", "link_rest", "link_stiffness", "link_strength", "anchor_stiffness",
-    "strand_shape", "strand_point", "strand_normal",
-    "contact_shape", "contact_side", "contact_force", "stick_point", "ring_above",
-    "bed_force",
-)  # fmt: skip
-
-
-@dataclass(frozen=True, kw_only=True)
-class TissueConfig:
-    """Step size, damping, gravity and solver settings of the tissue.
-
-    Attributes:
-        iterations: Largest number of conjugate-gradient iterations in each step; assumed.
-        tolerance: Bound on the preconditioned residual, relative to its start; assumed.
-        settled_j: Preconditioned residual, as an energy, that always ends the iteration.
-    """
-
-    step_s: float = (
-        1.0 / 60.0
-    )  # two steps per control step: a single step leaves tangles after a crush
-    damping_per_s: float = 5.0  # mass-proportional, assumed
-    viscosity_s: float = 1.0 / 30.0  # Kelvin-Voigt; loss tangent 0.2 at 1 Hz, assumed
-    gravity_m_s2: tuple[float, float, float] = (0.0, 0.0, -9.81)
-    iterations: int = 60
-    tolerance: float = 1.0e-2
-    settled_j: float = 1.0e-10  # about a micrometre at the tubes' stiffness
-
-
-def step_parameters(config: TissueConfig) -> Any:
-    """Convert the configuration to the kernels' structure."""
-    c: Any = StepParameters()
-    c.step_s = config.step_s
-    c.viscosity = config.viscosity_s / config.step_s
-    c.damping_per_s = config.damping_per_s
-    c.gravity = wp.vec3(*config.gravity_m_s2)
-    c.iterations = config.iterations
-    c.tolerance = config.tolerance
-    c.settled_j = config.settled_j
-    return c
 
 
 class Tissue:
@@ -237,10 +196,9 @@ class Tissue:
     def _shape_elements(self, b: int, elements: NDArray[np.integer]) -> None:
         """Compute rest shape matrices and volumes from the rest positions."""
         rest = self.host("rest")[b].astype(np.float64)
-        corners = rest[self.tets(b)[elements]]
-        edges = (corners[:, 1:] - corners[:, :1]).transpose(0, 2, 1)
-        self.host("rest_inverse")[b, elements] = np.linalg.inv(edges)
-        self.host("volume")[b, elements] = signed_volumes(rest, self.tets(b)[elements])
+        tets = self.tets(b)[elements]
+        self.host("rest_inverse")[b, elements] = inverse_edges(rest, tets)
+        self.host("volume")[b, elements] = signed_volumes(rest, tets)
 
     def pattern(
         self, b: int, n_vertex: int, tets: Indices, links: Indices
@@ -371,9 +329,7 @@ class Tissue:
         quarter = DENSITY_KG_M3 * self.host("volume")[b, : len(tets)] / 4.0
         quarter = np.where(self.host("tet_alive")[b, : len(tets)] != 0, quarter, 1.0e-12)
         n = self.n_vertex(b)
-        self.host("mass")[b, :n] = np.bincount(
-            tets.ravel(), weights=np.repeat(quarter, 4), minlength=n
-        )
+        self.host("mass")[b, :n] = on_corners(tets, quarter, n)
 
     def _fix_vertices(self, b: int) -> None:
         """Fix the vertices that the body holds, and vertices without living elements.

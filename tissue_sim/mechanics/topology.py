@@ -1,6 +1,6 @@
 """Find which vertices couple, what the mesh's surface encloses, and how vertices split.
 
-The couplings are a block-CSR pattern.
+The couplings are a block-CSR pattern. Edges of elements and sums over elements are here, too.
 """
 
 from __future__ import annotations
@@ -157,3 +157,14 @@ def distances_to_triangles(triangles: Array, point: Array) -> Array:
     to_plane /= np.maximum(np.linalg.norm(normal, axis=1), 1e-30)
     sides = _dot(np.cross(edges, -corners), normal[:, None])
     return np.where((sides >= 0.0).all(axis=1), to_plane, to_edges)
+
+
+def inverse_edges(vertices: Array, tets: Indices) -> NDArray:
+    """Return the inverses (n_tet, 3, 3) of the elements' matrices of edges from corner 0, 1/m."""
+    corners = vertices[tets]
+    return np.linalg.inv((corners[:, 1:] - corners[:, :1]).transpose(0, 2, 1))
+
+
+def on_corners(tets: Indices, values: Array, n_vertex: int) -> NDArray:
+    """Return the sum (n_vertex,) of the values (n_tet,) of the elements around each vertex."""
+    return np.bincount(tets.ravel(), weights=np.repeat(values, 4), minlength=n_vertex)

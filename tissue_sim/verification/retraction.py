@@ -13,7 +13,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tissue_sim.frames import RIGHT, Array
-from tissue_sim.mechanics.tissue import Tissue, TissueConfig
+from tissue_sim.mechanics.step import TissueConfig
+from tissue_sim.mechanics.tissue import Tissue
 from tissue_sim.patient.organ import INFUNDIBULUM_M, Organ
 from tissue_sim.verification.statics import displaced, equilibrium, statics_of
 

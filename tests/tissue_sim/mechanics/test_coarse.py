@@ -9,7 +9,8 @@ from tests.tissue_sim.bodies import dense_stiffness
 from tests.tissue_sim.verification.bodies import EPS
 from tissue_sim.frames import Array
 from tissue_sim.mechanics.coarse_motion import DIAGONAL_SHIFT, MODES, parts_of, skyline
-from tissue_sim.mechanics.tissue import Tissue, TissueConfig
+from tissue_sim.mechanics.step import TissueConfig
+from tissue_sim.mechanics.tissue import Tissue
 from tissue_sim.mechanics.topology import components
 from tissue_sim.patient.organ import build_organ
 from tissue_sim.patient.textbook import textbook_from_seed

@@ -9,7 +9,8 @@ from tests.tissue_sim.verification.bodies import box, organ_of, put, tissue_of
 from tissue_sim.mechanics.arrays import TissueArrays
 from tissue_sim.mechanics.assembly import add_elastic_force, add_stiffness
 from tissue_sim.mechanics.lanes import LANES
-from tissue_sim.mechanics.tissue import Tissue, step_parameters
+from tissue_sim.mechanics.step import step_parameters
+from tissue_sim.mechanics.tissue import Tissue
 
 SIDE_M = 0.01
 ROUNDING = 3e-5  # of the largest entry: the rotation of the flattest element that lanes take

@@ -11,7 +11,8 @@ from tests.tissue_sim.bodies import forces
 from tests.tissue_sim.kinds import POLYMER
 from tests.tissue_sim.verification.bodies import EPS, astride, put
 from tissue_sim.frames import Array
-from tissue_sim.mechanics.tissue import Tissue, TissueConfig
+from tissue_sim.mechanics.step import TissueConfig
+from tissue_sim.mechanics.tissue import Tissue
 from tissue_sim.patient.anatomy import Anatomy
 from tissue_sim.patient.mesher import signed_volumes
 from tissue_sim.patient.organ import TUBES, build_organ

@@ -7,7 +7,8 @@ from tests.tissue_sim.bodies import forces
 from tests.tissue_sim.verification.bodies import EPS, FAR_BED, box, organ_of, put, tissue_of
 from tissue_sim.frames import AWAY, Array, axis_angle, pose, transform, unit
 from tissue_sim.mechanics.layout import N_SHAPES
-from tissue_sim.mechanics.tissue import Tissue, TissueConfig
+from tissue_sim.mechanics.step import TissueConfig
+from tissue_sim.mechanics.tissue import Tissue
 from tissue_sim.mechanics.touch import BED_STIFFNESS, NORMAL_STIFFNESS, STICK_STIFFNESS
 from tissue_sim.patient.organ import TUBE_SECTORS, TUBES, build_organ
 from tissue_sim.patient.supports import LiverBed

@@ -5,7 +5,8 @@ import pytest
 
 from tests.tissue_sim.bodies import rod
 from tests.tissue_sim.verification.bodies import organ_of, put, tissue_of
-from tissue_sim.mechanics.tissue import Tissue, TissueConfig
+from tissue_sim.mechanics.step import TissueConfig
+from tissue_sim.mechanics.tissue import Tissue
 from tissue_sim.mechanics.untangle import FOLDED_PA, UNFOLDED
 from tissue_sim.patient.organ import REGIONS
 

@@ -7,7 +7,8 @@ from typing import Any
 import numpy as np
 
 from tissue_sim.frames import AWAY, Array, axis_angle, pose, unit
-from tissue_sim.mechanics.tissue import Tissue, TissueConfig
+from tissue_sim.mechanics.step import TissueConfig
+from tissue_sim.mechanics.tissue import Tissue
 from tissue_sim.mechanics.topology import boundary_faces
 from tissue_sim.patient.material import Material
 from tissue_sim.patient.mesher import Indices, oriented
