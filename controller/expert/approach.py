@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from dataclasses import dataclass
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+from functools import partial
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -12,12 +13,14 @@ from controller.expert.jaw_room import (
     catches_another,
     firm_room_m,
     hanging_room_m,
+    holds_wall,
     sac_room_m,
     tube_room_m,
 )
-from controller.expert.motion import FIRM_ROOM_M, OFF_CENTRE_M, before
+from controller.expert.motion import CLEARANCE_M, FIRM_ROOM_M, OFF_CENTRE_M, before
 from controller.kinematics import Unreachable, inverse_kinematics
 from tissue_sim.frames import Array, inverse_pose
+from tissue_sim.outcome.predicates import tube_severed
 from tissue_sim.tools.arms import RIGHT_ARM
 from tissue_sim.tools.instruments import INSTRUMENTS, Instrument
 from tissue_sim.tools.psm import JOINT_NAMES, joint_limits
@@ -25,10 +28,14 @@ from tissue_sim.tools.psm import JOINT_NAMES, joint_limits
 if TYPE_CHECKING:
     from tissue_sim.world import World
 
+NARROW_M, NARROW_OFF_M = 0.0010, 0.0007  # clearance and offset of jaws in narrow places; assumed
+NEARLY_M = 0.0003  # approaches with rooms this near are alike; assumed
 WIDER_RAD = 0.2  # no other tube within jaws that are opened wider by this; assumed
+SAC_ROOM_M = 0.0004  # from the open jaws to the gallbladder; assumed
 TUBE_ROOM_M = 0.0012  # from the open jaws to another tube: the filter keeps 1 mm
 HANGING_ROOM_M = 0.0005  # from the open jaws to a cut tube that hangs; assumed
-SAC_ROOM_M = 0.0004  # from the open jaws to the gallbladder; assumed
+ROOM_M = np.array([SAC_ROOM_M, FIRM_ROOM_M, TUBE_ROOM_M, HANGING_ROOM_M])
+SAC, FIRM = 0, 1  # places in `ROOM_M`
 STANDOFF_M = 0.020  # in front of the tool's target; assumed
 REACH_ROOM_RAD = 0.05  # to a joint's limit: the tissue moves while the arm approaches; assumed
 TURNING = [k for k, name in enumerate(JOINT_NAMES) if name != "insertion"]
@@ -44,21 +51,55 @@ class Approach:
             clips and cuff allow.
         off_centre_m: Offset of the jaws' middle from the tube, along the tool's y.
         by_tip: Whether the tip barely reaches over the tube, and so spares what lies behind it.
+        clearance_m: Distance of the tube from either open finger, for a tube in the middle.
+        tilt_rad: Angle of the jaws from square across the tube, about the tool's y.
     """
 
     turn_rad: float = 0.0
     aside: float = 0.0
     off_centre_m: float = 0.0
     by_tip: bool = False
+    clearance_m: float = CLEARANCE_M
+    tilt_rad: float = 0.0
+
+    def opening_rad(self, usual_rad: float, radius_m: float) -> float:
+        """Return the jaws' opening for a tube of this radius, given the usual opening."""
+        return usual_rad * (radius_m + self.clearance_m) / (radius_m + CLEARANCE_M)
+
+    def closing(self, open_share: float, radius_m: float) -> Approach:
+        """Return the approach of half closed jaws, which come to the tube from both sides at once.
+
+        Args:
+            open_share: Opening of the jaws over their opening at the start.
+            radius_m: Radius of the tube.
+        """
+        beside_m = (radius_m + self.clearance_m) * open_share - radius_m
+        most_m = float(np.clip(beside_m - self.clearance_m + abs(self.off_centre_m), 0.0, np.inf))
+        return replace(self, off_centre_m=float(np.clip(self.off_centre_m, -most_m, most_m)))
 
 
 USUAL = Approach()
 APPROACHES = tuple(  # tried in this order, the usual one first
-    Approach(turn_rad=turn, aside=aside, off_centre_m=off_centre, by_tip=by_tip)
+    Approach(
+        turn_rad=turn,
+        aside=aside,
+        off_centre_m=side * off_m,
+        by_tip=by_tip,
+        clearance_m=clearance_m,
+    )
     for by_tip in (False, True)
     for aside in (0.0, 0.5, 1.0, 2.0)
-    for off_centre in (0.0, OFF_CENTRE_M, -OFF_CENTRE_M)
+    for clearance_m, off_m in ((CLEARANCE_M, OFF_CENTRE_M), (NARROW_M, NARROW_OFF_M))
+    for side in (0.0, 1.0, -1.0)
     for turn in (0.0, -0.5, 0.5)
+)
+FURTHER = tuple(  # where cut tubes beside the place leave no room for those above
+    Approach(turn_rad=turn, aside=aside, off_centre_m=off_centre, by_tip=by_tip, tilt_rad=tilt)
+    for by_tip in (False, True)
+    for tilt in (0.0, 0.2, -0.2, 0.35, -0.35)
+    for aside in (0.0, 1.0)
+    for off_centre in (0.0, OFF_CENTRE_M, -OFF_CENTRE_M)
+    for turn in (0.0, -0.25, 0.25, -0.5, 0.5, -0.75, 0.75, -1.0, 1.0)
 )
 
 
@@ -69,38 +110,86 @@ def clear_approach(
     tool: str,
     opening_rad: float,
     attempt: int = 0,
+    *,
+    on_wall: bool = False,
 ) -> Approach:
-    """Return the first approach by which the open tool catches this tube alone.
+    """Return the first approach by which the open tool catches this tube alone, with enough room.
 
     Only approaches within reach count, if there is one. Further attempts (1, 2, ...) alternate
     with the list's end, where approaches differ most: the tool itself may have pushed tissue
-    between the jaws.
+    between the jaws. The list is longer beside cut tubes where too few approaches have room. Only a
+    clip that may hold the gallbladder's wall (`on_wall`) closes where the wall is between the jaws,
+    unless it is so in all approaches.
 
-    The gallbladder may be in the way of all approaches. Then the first choice leaves it the most
-    room, and the next choice is the best approach from another side. A structure at risk or the
-    other arm may be near in all approaches. Then approaches with the most room for it come first.
-    Of approaches with enough room, those come first whose way has room to other tubes and their
-    stumps, and then to cut ends that hang on the gallbladder.
+    No approach may have enough room on all sides. Then the gallbladder may be in the way of all
+    approaches. The first choice leaves the gallbladder the most room, among approaches with the
+    most room to structures at risk. The next choice is the best approach from another side.
+    Otherwise the choice lacks the least room to structures at risk, the other arm and other tubes.
+    The next choice again comes from another side.
     """
-    poses = {approach: pose(world, approach) for approach in APPROACHES}
+    seek = partial(_lacking_m, world, tube, pose, tool, opening_rad, on_wall)
+    lacking_m = seek(APPROACHES)
+    free = [a for a, lack_m in lacking_m.items() if not lack_m.any()]
+    is_beside_cut = any(tube_severed(world, other) for other in world.organ.tubes)
+    if len(free) <= attempt and is_beside_cut:
+        lacking_m |= {a: lack_m for a, lack_m in seek(FURTHER).items() if not lack_m[SAC]}
+        free = [a for a, lack_m in lacking_m.items() if not lack_m.any()]
+    if free:
+        turn = attempt // 2 % len(free)
+        return free[-1 - turn] if attempt % 2 else free[turn]
+    best = _least_lacking(lacking_m) or [USUAL]
+    return best[attempt % len(best)]
+
+
+def _lacking_m(
+    world: World,
+    tube: str,
+    pose: Callable[[World, Approach], Array],
+    tool: str,
+    opening_rad: float,
+    on_wall: bool,
+    approaches: Sequence[Approach],
+) -> dict[Approach, Array]:
+    """Return how much room (4,) each approach lacks that catches this tube alone, m.
+
+    The order is that of `ROOM_M`.
+    """
+    poses = {approach: pose(world, approach) for approach in approaches}
     poses = {a: T for a, T in poses.items() if in_reach(world, T, tool)} or poses
-    wide_rad = opening_rad + WIDER_RAD
-    single = [a for a, T in poses.items() if not catches_another(world, tube, T, tool, wide_rad)]
-    room_m = {a: sac_room_m(world, poses[a], tool, opening_rad) for a in single}
-    roomy = [a for a in single if room_m[a] > SAC_ROOM_M]
-    if not roomy:
-        best = _roomiest(room_m) or [USUAL]
-        return best[attempt % len(best)]
-    free_m = {a: firm_room_m(world, poses[a], tool, opening_rad) for a in roomy}
-    roomy = [a for a in roomy if free_m[a] > FIRM_ROOM_M] or sorted(
-        roomy, key=free_m.__getitem__, reverse=True
+    rad = {a: a.opening_rad(opening_rad, world.tubes.radius_m(tube)) for a in poses}
+    wide = {a: rad[a] + WIDER_RAD for a in poses}
+    single = [a for a, T in poses.items() if not catches_another(world, tube, T, tool, wide[a])]
+    shut = {a: pose(world, replace(a, off_centre_m=0.0)) for a in single}
+    if not on_wall:
+        single = [a for a in single if not holds_wall(world, shut[a], tool)] or single
+    rooms_m = {a: _rooms_m(world, tube, poses[a], shut[a], tool, rad[a]) for a in single}
+    return {a: np.maximum(ROOM_M - room_m, 0.0) for a, room_m in rooms_m.items()}
+
+
+def _rooms_m(
+    world: World, tube: str, T_world_tool: Array, T_shut: Array, tool: str, opening_rad: float
+) -> Array:
+    """Return the room (4,) to what `ROOM_M` lists, m, from jaws that open here and close there."""
+    return np.array(
+        [
+            sac_room_m(world, T_world_tool, tool, opening_rad),
+            min(
+                firm_room_m(world, T_world_tool, tool, opening_rad),
+                firm_room_m(world, T_shut, tool, 0.0),
+            ),
+            tube_room_m(world, tube, T_world_tool, tool, opening_rad),
+            hanging_room_m(world, tube, T_world_tool, tool, opening_rad),
+        ]
     )
-    beside_m = {a: tube_room_m(world, tube, poses[a], tool, opening_rad) for a in roomy}
-    hanging_m = {a: hanging_room_m(world, tube, poses[a], tool, opening_rad) for a in roomy}
-    roomy.sort(key=lambda a: -min(hanging_m[a], HANGING_ROOM_M))
-    roomy.sort(key=lambda a: -min(beside_m[a], TUBE_ROOM_M))
-    turn = attempt // 2 % len(roomy)
-    return roomy[-1 - turn] if attempt % 2 else roomy[turn]
+
+
+def _least_lacking(lacking_m: dict[Approach, Array]) -> list[Approach]:
+    """Return approaches from all sides that lack the least room, as `clear_approach` says."""
+    room_m = {a: -float(lack_m.sum()) for a, lack_m in lacking_m.items() if not lack_m[SAC]}
+    if not room_m:
+        most_m = min((lack_m[FIRM] for lack_m in lacking_m.values()), default=0.0) + NEARLY_M
+        room_m = {a: -float(lack[SAC]) for a, lack in lacking_m.items() if lack[FIRM] <= most_m}
+    return _roomiest(room_m)
 
 
 def _roomiest(room_m: dict[Approach, float]) -> list[Approach]:

@@ -8,9 +8,11 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from controller.expert.motion import before
+from controller.safety.jaws_seen import sac_within
 from tissue_sim.frames import Array, inverse_pose, transform
 from tissue_sim.patient.at_risk import AT_RISK
-from tissue_sim.patient.mesher import subdivide
+from tissue_sim.patient.mesher import ring_radii_m, subdivide
+from tissue_sim.sensing.observation import SAC_POINTS
 from tissue_sim.tools.instruments import INSTRUMENTS, PATCH_LINKS
 
 if TYPE_CHECKING:
@@ -39,6 +41,12 @@ def side_of_sac(world: World, T_world_tool: Array, tool: str, opening_rad: float
     return float(np.sign(y[np.abs(y) < outer_face_m(tool, opening_rad, z)].sum()))
 
 
+def axis_side(world: World, T_world_tool: Array) -> float:
+    """Return on which side of the jaws' middle plane the infundibulum's axis lies, as above."""
+    axis = world.tissue.positions()[world.organ.sac_rings[:SAC_POINTS, 0]].astype(float)
+    return float(np.sign(transform(inverse_pose(T_world_tool), axis)[:, 1].sum()))
+
+
 def _sac_beside_jaws(world: World, T_world_tool: Array, tool: str) -> tuple[Array, Array]:
     """Return y and z (n,) in the tool frame of the gallbladder's vertices along the jaws, m."""
     reach_m, width_m = INSTRUMENTS[tool].mouth_m
@@ -46,6 +54,17 @@ def _sac_beside_jaws(world: World, T_world_tool: Array, tool: str) -> tuple[Arra
     x, y, z = transform(inverse_pose(T_world_tool), sac).T
     along = (np.abs(x) < 0.5 * width_m + SAC_MARGIN_M) & (-reach_m < z) & (z < 0.0)
     return y[along], z[along]
+
+
+def holds_wall(world: World, T_world_tool: Array, tool: str, spare_m: float = 0.0) -> bool:
+    """Return whether the filter would see the gallbladder's wall between jaws that close here.
+
+    The wall may be this much nearer (`spare_m`).
+    """
+    rings = world.organ.sac_rings[:SAC_POINTS]
+    x = world.tissue.positions().astype(float)
+    axis = transform(inverse_pose(T_world_tool), x[rings[:, 0]])
+    return sac_within(axis, ring_radii_m(x, rings) + spare_m, *INSTRUMENTS[tool].mouth_m)
 
 
 def firm_room_m(world: World, T_world_tool: Array, tool: str, opening_rad: float) -> float:

@@ -3,14 +3,21 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import partial
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from controller.expert.approach import SAC_ROOM_M, STANDOFF_M, clear_approach
-from controller.expert.jaw_room import catches_another, outer_face_m, sac_room_m, side_of_sac
+from controller.expert.jaw_room import (
+    axis_side,
+    catches_another,
+    holds_wall,
+    outer_face_m,
+    sac_room_m,
+    side_of_sac,
+)
 from controller.expert.motion import Goal, before, distance
 from controller.expert.targets import (
     belongs_here,
@@ -18,6 +25,7 @@ from controller.expert.targets import (
     cut_pose,
     grasp_opening_rad,
     grasp_pose,
+    next_is_last,
     opening_rad,
     pull_direction,
     spread_direction,
@@ -36,7 +44,13 @@ from tissue_sim.outcome.predicates import (
     tube_severed,
 )
 from tissue_sim.surgery.abuses import stab_m
-from tissue_sim.thresholds import GRASP_MIN_TRACTION_N, HELD_PINCH_N, RETRACTED_M, SPREAD_MIN_M
+from tissue_sim.thresholds import (
+    GRASP_MIN_TRACTION_N,
+    HELD_PINCH_N,
+    MAX_STRETCH,
+    RETRACTED_M,
+    SPREAD_MIN_M,
+)
 from tissue_sim.tools.arms import LEFT_ARM, RIGHT_ARM
 from tissue_sim.tools.instruments import INSTRUMENTS
 from tissue_sim.tools.psm import JOINT_NAMES, forward_kinematics
@@ -60,6 +74,8 @@ ASTRIDE_M, ASTRIDE_RAD = 0.003, 0.3  # so near its place a tool need not come ou
 PULL_STEP_M, PULL_SPEED_M_S = 0.004, 0.006
 PULL_MIN_N, PULL_MAX_N = 2.0 * GRASP_MIN_TRACTION_N, 2.5  # some is lost as tissue settles
 ASIDE_MAX_N = 1.0  # draws the gallbladder aside: a thin artery bears little more
+DRAWN_STRETCH = 1.0 + 0.9 * (MAX_STRETCH - 1.0)  # of a tube, by the arms; assumed
+WALL_SPARE_M = 0.0004  # by which the gallbladder's wall is drawn out of the jaws' way; assumed
 SPREAD_SPARE_M, SPREAD_MAX_S, DRAW_MAX_S = 0.0004, 3.0, 3.0
 INSERTION = JOINT_NAMES.index("insertion")
 STAB_MAX_M = 0.002  # the right fingers push no deeper into the gallbladder
@@ -223,17 +239,29 @@ def _close_on(
     Jaws that stand open about the tube, beside their place, continue from this pose.
     """
     arm = RIGHT_ARM
-    approach = clear_approach(world, tube, lambda w, a: pose(w, approach=a), tool, opening, attempt)
+    on_wall = INSTRUMENTS[tool].deed == "clip" and next_is_last(world, tube)
+    approach = clear_approach(
+        world, tube, lambda w, a: pose(w, approach=a), tool, opening, attempt, on_wall=on_wall
+    )
+    radius_m = world.tubes.radius_m(tube)
+    opening = approach.opening_rad(opening, radius_m)
 
-    def target(world: World) -> Array:
-        return pose(world, approach=approach)
+    def target(world: World, open_share: float = 1.0) -> Array:
+        return pose(world, approach=approach.closing(open_share, radius_m))
+
+    def exposed(world: World, time_s: float) -> bool:
+        on_way = not on_wall and holds_wall(world, target(world, 0.0), tool, WALL_SPARE_M)
+        free = not on_way and sac_room_m(world, target(world), tool, opening) > SAC_ROOM_M
+        return free or time_s > DRAW_MAX_S or not _can_draw(world, tube)
 
     def close(world: World, start: Array) -> Goal:
         T, jaw_rad = world.arms.T_world_tool()[arm], float(world.arms.joints[arm, 6])
-        if catches_another(world, tube, T, tool, jaw_rad) or not belongs_here(world, tube, T):
+        if catches_another(world, tube, T, tool, jaw_rad):
             return Goal()
-        follows = pose(world, approach=replace(approach, off_centre_m=0.0))
-        return Goal(T_world_tool=follows, jaw_rad=SHUT_RAD, speed_m_s=NEAR_SPEED_M_S)
+        follows = target(world, float(np.clip(jaw_rad / opening, 0.0, 1.0)))
+        shut_rad = SHUT_RAD if belongs_here(world, tube, T) else None
+        goal_pose = None if _is_drawn_out(world) else follows
+        return Goal(T_world_tool=goal_pose, jaw_rad=shut_rad, speed_m_s=NEAR_SPEED_M_S)
 
     draw = Phase(
         name="draw the tube straight",
@@ -245,7 +273,7 @@ def _close_on(
         name="draw the gallbladder aside",
         arm=LEFT_ARM,
         goal=lambda w, start: _aside(w, start, target(w), tool, opening),
-        done=lambda w, time_s: _exposed(w, tube, target(w), tool, opening) or time_s > DRAW_MAX_S,
+        done=exposed,
     )
     stand = go_to(arm, "in front of the tube", lambda w: before(target(w), STANDOFF_M), opening)
     astride = go_to(
@@ -255,6 +283,7 @@ def _close_on(
     if _is_astride(world, tube, target(world), tool):
         return astride, shut, stay(arm)
     covered = sac_room_m(world, target(world), tool, opening) <= SAC_ROOM_M
+    covered |= not on_wall and holds_wall(world, target(world, 0.0), tool)
     ready = (draw, expose) if covered else (draw,)
     return _from_outside(arm, (*ready, stand, astride, shut, stay(arm)), opening, world)
 
@@ -342,7 +371,7 @@ def go_to(
         return (off_m < ARRIVED_M and off_rad < ARRIVED_RAD) or time_s > most_s
 
     def goal(world: World, start: Array) -> Goal:
-        if arm == RIGHT_ARM and stab_m(world) > STAB_MAX_M:
+        if arm == RIGHT_ARM and (stab_m(world) > STAB_MAX_M or _is_drawn_out(world)):
             return Goal()
         return Goal(T_world_tool=target(world), jaw_rad=jaw_rad, speed_m_s=speed_m_s)
 
@@ -415,16 +444,24 @@ def _drawn(tube: str, world: World, time_s: float) -> bool:
 
 def _aside(world: World, start: Array, T_world_tool: Array, tool: str, opening_rad: float) -> Goal:
     """Return a step of the grasper that draws the gallbladder out of the right jaws' way."""
-    side = side_of_sac(world, T_world_tool, tool, opening_rad)
+    side = side_of_sac(world, T_world_tool, tool, opening_rad) or axis_side(world, T_world_tool)
     return _towards(world, start, side * T_world_tool[:3, 1])
 
 
-def _exposed(world: World, tube: str, T_world_tool: Array, tool: str, opening_rad: float) -> bool:
-    """Return whether the right jaws have room for the tube, or the grasper can give no more."""
+def _can_draw(world: World, tube: str) -> bool:
+    """Return whether the grasper may draw the gallbladder further aside."""
     held = gallbladder_held(world) and not tube_severed(world, tube)
-    free = sac_room_m(world, T_world_tool, tool, opening_rad) > SAC_ROOM_M
-    unclear = side_of_sac(world, T_world_tool, tool, opening_rad) == 0.0
-    return free or unclear or not held or world.record.grasp.traction_n > ASIDE_MAX_N
+    return held and world.record.grasp.traction_n < ASIDE_MAX_N and not _is_drawn_out(world)
+
+
+def _is_drawn_out(world: World) -> bool:
+    """Return whether a whole tube is stretched so far that neither arm may draw it further.
+
+    The right arm draws tubes, too, where the grasper must give way to it.
+    """
+    stretches = world.tubes.stretches()
+    whole = [t for t in world.organ.tubes if not tube_severed(world, t)]
+    return max((stretches[t] for t in whole), default=1.0) > DRAWN_STRETCH
 
 
 def _pulled(world: World, time_s: float) -> bool:

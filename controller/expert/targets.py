@@ -11,13 +11,13 @@ from controller.expert.approach import USUAL, Approach
 from controller.expert.motion import CLEARANCE_M
 from tissue_sim.frames import AWAY, LEFT, RIGHT, Array, pose, unit
 from tissue_sim.outcome import clip_rule
-from tissue_sim.outcome.clip_rule import clips_needed, cut_room_m, high_margin_m, spacing_m
+from tissue_sim.outcome.clip_rule import clips_needed, cut_room_m, spacing_m
 from tissue_sim.outcome.predicates import applier_on, straightness
 from tissue_sim.patient.organ import TUBES
 from tissue_sim.patient.tubes import SAC_HALF_GAP_M, Tubes
 from tissue_sim.thresholds import CLIP_MAX_TILT_RAD, CLIP_MIN_GAP_M, CUFF_MIN_M
 from tissue_sim.tools.arms import RIGHT_ARM
-from tissue_sim.tools.instruments import BLADE_LENGTH_M, GRASPER, INSTRUMENTS, Instrument
+from tissue_sim.tools.instruments import BLADE_LENGTH_M, GRASPER, INSTRUMENTS, Instrument, clip_of
 
 if TYPE_CHECKING:
     from tissue_sim.world import World
@@ -35,6 +35,7 @@ MIN_MISSING = (
     0.001  # of a tube's length: keeps the pull's direction when both are straight; assumed
 )
 TIP_OVER_M = 0.0012  # by which a tip must reach over a tube that is pressed flat; assumed
+SLIP_M = 0.0005  # by which a tube slips in closing jaws: up to 0.5 mm, measured
 LIFT = 0.35  # share of the pull towards the endoscope, off the liver; assumed
 
 
@@ -66,8 +67,9 @@ def grasped_ring(world: World) -> tuple[int, float]:
 def clip_pose(world: World, tube: str, k: int, approach: Approach = USUAL) -> Array:
     """Return `T_world_tool` of the applier with the k-th clip's place (1 to 3) between its jaws.
 
-    The place is farther up if the clip below sits higher than intended. On a tube that takes two
-    clips, the third clip is the upper one. So is the second clip, if a person requests it.
+    The place is farther up if the clip below sits higher than intended, up to the tube's end. On a
+    tube that takes two clips, the third clip is the upper one. So is the second clip, if a person
+    requests it.
     """
     stations, applier = clip_stations_m(world, tube, approach.aside), applier_at_work(world, tube)
     n_below = min(k, len(stations)) - 1
@@ -75,13 +77,21 @@ def clip_pose(world: World, tube: str, k: int, approach: Approach = USUAL) -> Ar
     below = sorted(clips_at_m(world, tube))[:n_below]
     if below and len(below) == n_below:
         room_m = cut_room_m(applier) if n_below == len(stations) - 1 else spacing_m(applier)
-        highest_m = world.tubes.length_m[tube] - high_margin_m(tube, applier)
-        station_m = min(max(station_m, below[-1] + room_m), highest_m)
+        on_tube_m = world.tubes.length_m[tube] - 0.5 * clip_of(applier).width_m
+        station_m = max(station_m, min(below[-1] + room_m, on_tube_m))
     return _on_tube(world, tube, station_m, 0.5 * applier.mouth_m[0], approach)
 
 
 def cut_pose(world: World, tube: str, approach: Approach = USUAL) -> Array:
-    """Return `T_world_tool` of the scissors below the gallbladder's clip, midway unless aside.
+    """Return `T_world_tool` of the scissors below the gallbladder's clip, midway unless aside."""
+    low, high = beside_cut_m(world, tube)
+    spare = max(high - low - cut_room_m(applier_at_work(world, tube)), 0.0)
+    station_m = 0.5 * (low + high) - 0.5 * min(approach.aside, 1.0) * spare
+    return _on_tube(world, tube, station_m, 0.5 * BLADE_LENGTH_M, approach)
+
+
+def beside_cut_m(world: World, tube: str) -> tuple[float, float]:
+    """Return the stations of the clips beside the cut, or of their places before they sit.
 
     A tube may have more clips than needed, because some were repeated. Then the scissors cut in the
     widest gap above the clips that must stay in the patient.
@@ -92,33 +102,42 @@ def cut_pose(world: World, tube: str, approach: Approach = USUAL) -> Array:
         stations = list(planned)
     stay = len(planned) - 1
     k = stay - 1 + int(np.argmax(np.diff(stations[stay - 1 :])))
-    low, high = stations[k : k + 2]
-    spare = max(high - low - cut_room_m(applier_at_work(world, tube)), 0.0)
-    station_m = 0.5 * (low + high) - 0.5 * min(approach.aside, 1.0) * spare
-    return _on_tube(world, tube, station_m, 0.5 * BLADE_LENGTH_M, approach)
+    return stations[k], stations[k + 1]
 
 
 def belongs_here(world: World, tube: str, T_world_tool: Array) -> bool:
     """Return whether jaws that close here clip or cut a tube where the judge allows it.
 
     The filter may have held the tool off its place; a clip or a cut beside the place is of no use.
-    The last clip leaves room for the cut. Only this clip may hold the gallbladder's wall.
+    The last clip leaves room for the cut, and a cut lies between the clips beside it. Only the last
+    clip may hold the gallbladder's wall. The tube may slip a little while the jaws close.
     """
     tool = world.arms.mounted[RIGHT_ARM]
     crossing = world.tubes.crossing(tube, T_world_tool, tool.mouth_m[0])
     if crossing is None or crossing.tilt_rad > CLIP_MAX_TILT_RAD:
         return False
-    own_m, gap_m = 0.0, CUFF_MIN_M
     if tool.clip:
-        last = len(clips_at_m(world, tube)) >= len(clip_stations_m(world, tube)) - 1
+        last = next_is_last(world, tube)
         if not last and world.tubes.sac_between(T_world_tool, *tool.mouth_m, SAC_HALF_GAP_M):
             return False
-        own_m, gap_m = 0.5 * tool.clip.width_m, 2.0 * CUFF_MIN_M if last else CLIP_MIN_GAP_M
+        own_m = 0.5 * tool.clip.width_m
+        gap_m = 2.0 * CUFF_MIN_M if last else CLIP_MIN_GAP_M
+    else:
+        low, high = beside_cut_m(world, tube)
+        if not low < crossing.station_m < high:
+            return False
+        spare_m = 0.5 * (high - low - clip_of(applier_on(world, tube)).width_m) - CUFF_MIN_M
+        own_m, gap_m = 0.0, CUFF_MIN_M + min(SLIP_M, 0.5 * spare_m)
     return all(
         abs(x.station_m - crossing.station_m) - 0.5 * clip.kind.width_m - own_m >= gap_m
         for clip in world.record.clips
         if not clip.lost and (x := clip.on(tube)) is not None
     )
+
+
+def next_is_last(world: World, tube: str) -> bool:
+    """Return whether the next clip on a tube is its last, which may hold the gallbladder's wall."""
+    return len(clips_at_m(world, tube)) >= len(clip_stations_m(world, tube)) - 1
 
 
 def clips_at_m(world: World, tube: str) -> list[float]:

@@ -5,6 +5,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from controller.expert.approach import OFF_CENTRE_M, Approach
 from controller.expert.motion import (
     JAW_SPEED_RAD_S,
     TURN_SPEED_RAD_S,
@@ -115,3 +116,16 @@ def test_the_arguments_are_not_changed():
     chunk_towards((goal, goal), T, jaw, R_WORLD_ENDOSCOPE)
     np.testing.assert_array_equal(T, np.tile(np.eye(4), (2, 1, 1)))
     assert not jaw.any()
+
+
+def test_closing_jaws_come_to_the_tube_from_both_sides_at_once() -> None:
+    radius_m = 0.001
+    beside = Approach(off_centre_m=OFF_CENTRE_M)
+    nearest_m = beside.clearance_m - OFF_CENTRE_M
+    for share in np.linspace(0.0, 1.0, 11):
+        inner_m = (radius_m + beside.clearance_m) * share - radius_m
+        off_m = beside.closing(share, radius_m).off_centre_m
+        assert off_m == pytest.approx(np.clip(inner_m - nearest_m, 0.0, OFF_CENTRE_M))
+    other = Approach(off_centre_m=-OFF_CENTRE_M)
+    assert other.closing(1.0, radius_m) == other
+    assert other.closing(0.0, radius_m).off_centre_m == 0.0

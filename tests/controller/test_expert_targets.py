@@ -177,20 +177,24 @@ def test_each_attempt_comes_from_another_side_where_the_gallbladder_blocks_all(
 
     around = np.random.default_rng(0).normal(scale=0.004, size=(*world.organ.sac_rings.shape, 3))
     world.tissue.positions()[world.organ.sac_rings] = pose(world, APPROACHES[0])[:3, 3] + around
-    wide_rad = opening_rad(world.tubes, "duct", APPLIER)
+    usual_rad = opening_rad(world.tubes, "duct", APPLIER)
     first, second, third = (
-        clear_approach(world, "duct", pose, APPLIER, wide_rad, k) for k in range(3)
+        clear_approach(world, "duct", pose, APPLIER, usual_rad, k) for k in range(3)
     )
-    room_m = [
-        sac_room_m(world, pose(world, approach), APPLIER, wide_rad) for approach in APPROACHES
-    ]
-    assert max(room_m) < SAC_ROOM_M
-    assert room_m[APPROACHES.index(first)] == max(room_m)
-    others_m = [
-        room for a, room in zip(APPROACHES, room_m, strict=True) if a.turn_rad == second.turn_rad
-    ]
+    room_m = {}
+    for approach in APPROACHES:
+        T, rad = (
+            pose(world, approach),
+            approach.opening_rad(usual_rad, world.tubes.radius_m("duct")),
+        )
+        shut = pose(world, replace(approach, off_centre_m=0.0))
+        free_m = firm_room_m(world, T, APPLIER, rad), firm_room_m(world, shut, APPLIER, 0.0)
+        if min(free_m) > FIRM_ROOM_M:
+            room_m[approach] = sac_room_m(world, T, APPLIER, rad)
+    assert max(room_m.values()) < SAC_ROOM_M
+    assert room_m[first] == max(room_m.values())
     assert second.turn_rad != first.turn_rad
-    assert room_m[APPROACHES.index(second)] == max(others_m)
+    assert room_m[second] == max(m for a, m in room_m.items() if a.turn_rad == second.turn_rad)
     assert third != second
 
 
