@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 LINE_PARTS = 5  # between rings of a structure at risk
 SAC_MARGIN_M = 0.002  # to either side of the jaws: the gallbladder's vertices lie this far apart
 ARM_PARTS = 40  # sample points along each link of the left instrument
-WAY_M = (0.0, 0.005, 0.010, 0.015)  # back from a pose, where room for the jaws is checked
+WAY_M = (0.0, 0.005, 0.010, 0.015, 0.020)  # back from a pose, where room for the jaws is checked
 N_LINK = len(PATCH_LINKS)
 
 

@@ -312,7 +312,8 @@ def _go_back(arm: int, opening: float) -> tuple[Phase, ...]:
         return Goal(T_world_tool=before(start, RETREAT_M), speed_m_s=FREE_SPEED_M_S)
 
     def far(world: World, time_s: float) -> bool:
-        return time_s > RETREAT_M / FREE_SPEED_M_S + 0.5
+        enough = time_s > RETREAT_M / FREE_SPEED_M_S + 0.5
+        return (enough and not among_tissue(arm, world)) or time_s > PHASE_MAX_S
 
     part = Phase(name="open", arm=arm, goal=open_up, done=lambda _, time_s: time_s >= JAW_TIME_S)
     back = Phase(name="go back", arm=arm, goal=retreat, done=far)

@@ -9,7 +9,7 @@ import numpy as np
 
 from controller.expert.approach import USUAL, Approach
 from controller.expert.motion import CLEARANCE_M
-from tissue_sim.frames import AWAY, LEFT, RIGHT, Array, pose, unit
+from tissue_sim.frames import AWAY, LEFT, RIGHT, Array, exponential, pose, unit
 from tissue_sim.outcome import clip_rule
 from tissue_sim.outcome.clip_rule import clips_needed, cut_room_m, spacing_m
 from tissue_sim.outcome.predicates import applier_on, straightness
@@ -219,5 +219,7 @@ def _on_tube(
         flat_m = 0.5 * np.pi * world.tubes.radius_m(tube)  # half the width of the flattened tube
         beyond_m = min(beyond_m, flat_m + TIP_OVER_M)
     T = astride(point, along, forward, beyond_m=beyond_m)
+    T[:3, :3] = T[:3, :3] @ exponential(approach.tilt_rad * np.eye(3)[1])
+    T[:3, 3] = point + beyond_m * T[:3, 2]
     T[:3, 3] += approach.off_centre_m * T[:3, 1]
     return T

@@ -7,9 +7,11 @@ from functools import partial
 import numpy as np
 import pytest
 
+from controller.expert import approach as approach_module
 from controller.expert.approach import (
     APPROACHES,
     FIRM_ROOM_M,
+    FURTHER,
     OFF_CENTRE_M,
     SAC_ROOM_M,
     Approach,
@@ -105,6 +107,36 @@ def test_the_room_beside_a_structure_at_risk_is_the_filters_distance(world: Worl
     assert near.distance_m[chosen].min() == pytest.approx(
         firm_room_m(world, T, APPLIER, OPEN_RAD), abs=1e-4
     )
+
+
+def test_a_tilted_approach_keeps_the_tube_at_its_station_between_the_jaws(world: World) -> None:
+    square, tilted = (
+        _on_tube(world, "duct", 0.015, 0.003, Approach(tilt_rad=tilt)) for tilt in (0.0, 0.2)
+    )
+    reach_m = INSTRUMENTS[APPLIER].mouth_m[0]
+    before, after = (world.tubes.crossing("duct", T, reach_m) for T in (square, tilted))
+    assert before is not None
+    assert after is not None
+    assert after.station_m == pytest.approx(before.station_m, abs=1e-4)
+    assert after.tilt_rad - before.tilt_rad == pytest.approx(0.2, abs=0.03)
+
+
+@pytest.mark.parametrize("is_cut", [False, True])
+def test_a_further_approach_is_taken_only_beside_a_cut_tube_that_blocks_the_usual_ones(
+    world: World, monkeypatch: pytest.MonkeyPatch, is_cut: bool
+) -> None:
+    def pose(world: World, approach: Approach) -> Array:
+        return clip_pose(world, "duct", 2, approach)
+
+    def room_m(_world: World, _tube: str, T: Array, *_: object) -> float:
+        return 0.0 if any(np.allclose(T, usual) for usual in blocked) else np.inf
+
+    blocked = [pose(world, approach) for approach in APPROACHES]
+    monkeypatch.setattr(approach_module, "tube_room_m", room_m)
+    monkeypatch.setattr(approach_module, "tube_severed", lambda *_: is_cut)
+    chosen = clear_approach(world, "duct", pose, APPLIER, OPEN_RAD)
+    assert chosen in (FURTHER if is_cut else APPROACHES)
+    assert room_m(world, "duct", pose(world, chosen)) == (np.inf if is_cut else 0.0)
 
 
 def test_an_approach_out_of_reach_is_not_tried(world: World) -> None:
