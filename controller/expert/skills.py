@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import partial
+from operator import itemgetter
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -75,6 +76,7 @@ PULL_STEP_M, PULL_SPEED_M_S = 0.004, 0.006
 PULL_MIN_N, PULL_MAX_N = 2.0 * GRASP_MIN_TRACTION_N, 2.5  # some is lost as tissue settles
 ASIDE_MAX_N = 1.0  # draws the gallbladder aside: a thin artery bears little more
 DRAWN_STRETCH = 1.0 + 0.9 * (MAX_STRETCH - 1.0)  # of a tube, by the arms; assumed
+EASED_STRETCH = 1.0 + 0.7 * (MAX_STRETCH - 1.0)  # which leaves the right arm some; assumed
 WALL_SPARE_M = 0.0004  # by which the gallbladder's wall is drawn out of the jaws' way; assumed
 SPREAD_SPARE_M, SPREAD_MAX_S, DRAW_MAX_S = 0.0004, 3.0, 3.0
 INSERTION = JOINT_NAMES.index("insertion")
@@ -275,6 +277,7 @@ def _close_on(
         goal=lambda w, start: _aside(w, start, target(w), tool, opening),
         done=exposed,
     )
+    ease = Phase(name="ease the pull", arm=LEFT_ARM, goal=_ease, done=_eased)
     stand = go_to(arm, "in front of the tube", lambda w: before(target(w), STANDOFF_M), opening)
     astride = go_to(
         arm, "astride the tube", target, opening, speed_m_s=NEAR_SPEED_M_S, most_s=HELD_OFF_S
@@ -284,7 +287,7 @@ def _close_on(
         return astride, shut, stay(arm)
     covered = sac_room_m(world, target(world), tool, opening) <= SAC_ROOM_M
     covered |= not on_wall and holds_wall(world, target(world, 0.0), tool)
-    ready = (draw, expose) if covered else (draw,)
+    ready = (draw, expose, ease) if covered else (draw,)
     return _from_outside(arm, (*ready, stand, astride, shut, stay(arm)), opening, world)
 
 
@@ -455,14 +458,29 @@ def _can_draw(world: World, tube: str) -> bool:
     return held and world.record.grasp.traction_n < ASIDE_MAX_N and not _is_drawn_out(world)
 
 
+def _ease(world: World, start: Array) -> Goal:
+    """Return a step of the grasper that slackens the tube that is stretched the most."""
+    return _towards(world, start, -pull_direction(world.tubes, (_most_stretched(world)[0],)))
+
+
+def _eased(world: World, time_s: float) -> bool:
+    held = gallbladder_held(world)
+    return not held or _most_stretched(world)[1] < EASED_STRETCH or time_s > DRAW_MAX_S
+
+
 def _is_drawn_out(world: World) -> bool:
     """Return whether a whole tube is stretched so far that neither arm may draw it further.
 
     The right arm draws tubes, too, where the grasper must give way to it.
     """
+    return _most_stretched(world)[1] > DRAWN_STRETCH
+
+
+def _most_stretched(world: World) -> tuple[str, float]:
+    """Return the whole tube with the most stretch, and its stretch: 1 for none."""
     stretches = world.tubes.stretches()
     whole = [t for t in world.organ.tubes if not tube_severed(world, t)]
-    return max((stretches[t] for t in whole), default=1.0) > DRAWN_STRETCH
+    return max(((t, stretches[t]) for t in whole), key=itemgetter(1), default=("", 1.0))
 
 
 def _pulled(world: World, time_s: float) -> bool:

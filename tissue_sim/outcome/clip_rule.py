@@ -40,7 +40,7 @@ LOW_ROOM_M = {"duct": 0.0010, "artery": 0.0008, "second artery": 0.0008}
 # Clips on short arteries of tuning patients landed 0.3 to 0.9 mm from the neck.
 PRESSED_M = 0.0008
 COMFORT_M = 0.0030  # by which it stays further off where there is room
-CLEAR_M = 0.0005  # from its jaws to the gallbladder, on a tube that takes three clips
+CLEAR_M = 0.0015  # from its jaws to the gallbladder, on a tube that takes three clips
 SHARES = 0.18, 0.17, 0.20  # of the spare length: below clips, between two, above; assumed
 FIRST_ABOVE = 0.5  # of the spare length goes above the highest clip, up to `COMFORT_M`; assumed
 ASIDE = 0.10  # of the spare length by which the highest clip goes lower; assumed

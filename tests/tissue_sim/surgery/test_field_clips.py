@@ -23,7 +23,7 @@ from tissue_sim.surgery.clip_slip import Pull, apply_pull
 from tissue_sim.surgery.cut import BLADE_LENGTH_M, sever
 from tissue_sim.surgery.leak import leaks
 from tissue_sim.surgery.loose_clip import GRAVITY_M_S2, PERITONEUM_AWAY_M
-from tissue_sim.thresholds import CUFF_MIN_M, TEST_PULL_N
+from tissue_sim.thresholds import CUFF_MIN_M, LIVER_MAX_N, TEST_PULL_N
 from tissue_sim.tools.arms import HOME_JOINTS, RIGHT_ARM, JointCommand
 from tissue_sim.world import World
 
@@ -189,6 +189,17 @@ def test_the_test_pull_does_not_move_good_clips(world: World) -> None:
     assert events(world) == []
     assert world.record.pull is None
     assert not world.tissue.host("load").any()
+
+
+def test_the_test_pull_counts_for_clips_and_vessels_alone(world: World) -> None:
+    clipped_and_cut(world, CUFF_MIN_M + 3e-4)
+    world.record = replace(world.record, bed_rest_n=-1.0)  # as if the gallbladder pressed by 1 N
+    world.step(HOME)
+    pressed = [p for p in world.record.peaks if p.event == "liver force through gallbladder"]
+    world.record = replace(world.record, bed_rest_n=-2.0 * LIVER_MAX_N)
+    pull_all_clips(world)
+    assert events(world) == []
+    assert [p for p in world.record.peaks if p.event == pressed[0].event] == pressed
 
 
 def test_the_test_pull_detaches_a_weak_clip_and_the_stump_leaks(world: World) -> None:
