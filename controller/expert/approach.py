@@ -96,7 +96,7 @@ APPROACHES = tuple(  # tried in this order, the usual one first
 FURTHER = tuple(  # where cut tubes beside the place leave no room for those above
     Approach(turn_rad=turn, aside=aside, off_centre_m=off_centre, by_tip=by_tip, tilt_rad=tilt)
     for by_tip in (False, True)
-    for tilt in (0.0, 0.2, -0.2, 0.35, -0.35)
+    for tilt in (0.0, 0.2, -0.2)
     for aside in (0.0, 1.0)
     for off_centre in (0.0, OFF_CENTRE_M, -OFF_CENTRE_M)
     for turn in (0.0, -0.25, 0.25, -0.5, 0.5, -0.75, 0.75, -1.0, 1.0)
@@ -121,11 +121,10 @@ def clear_approach(
     clip that may hold the gallbladder's wall (`on_wall`) closes where the wall is between the jaws,
     unless it is so in all approaches.
 
-    No approach may have enough room on all sides. Then the gallbladder may be in the way of all
-    approaches. The first choice leaves the gallbladder the most room, among approaches with the
-    most room to structures at risk. The next choice is the best approach from another side.
-    Otherwise the choice lacks the least room to structures at risk, the other arm and other tubes.
-    The next choice again comes from another side.
+    No approach may have enough room on all sides. Then the first choice leaves the gallbladder
+    enough room, and lacks the least room to structures at risk, the other arm and other tubes. The
+    next choice comes from another side. Last come approaches that leave the gallbladder the most
+    room, among those with the most room to structures at risk; again one from each side.
     """
     seek = partial(_lacking_m, world, tube, pose, tool, opening_rad, on_wall)
     lacking_m = seek(APPROACHES)
@@ -185,11 +184,12 @@ def _rooms_m(
 
 def _least_lacking(lacking_m: dict[Approach, Array]) -> list[Approach]:
     """Return approaches from all sides that lack the least room, as `clear_approach` says."""
-    room_m = {a: -float(lack_m.sum()) for a, lack_m in lacking_m.items() if not lack_m[SAC]}
-    if not room_m:
-        most_m = min((lack_m[FIRM] for lack_m in lacking_m.values()), default=0.0) + NEARLY_M
-        room_m = {a: -float(lack[SAC]) for a, lack in lacking_m.items() if lack[FIRM] <= most_m}
-    return _roomiest(room_m)
+    clear_m = {a: -float(lack_m.sum()) for a, lack_m in lacking_m.items() if not lack_m[SAC]}
+    least_m = min((lack_m[FIRM] for lack_m in lacking_m.values()), default=0.0) + NEARLY_M
+    covered_m = {
+        a: -float(lack_m[SAC]) for a, lack_m in lacking_m.items() if lack_m[FIRM] <= least_m
+    }
+    return [*_roomiest(clear_m), *_roomiest(covered_m)]
 
 
 def _roomiest(room_m: dict[Approach, float]) -> list[Approach]:

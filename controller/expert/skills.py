@@ -76,7 +76,7 @@ PULL_STEP_M, PULL_SPEED_M_S = 0.004, 0.006
 PULL_MIN_N, PULL_MAX_N = 2.0 * GRASP_MIN_TRACTION_N, 2.5  # some is lost as tissue settles
 ASIDE_MAX_N = 1.0  # draws the gallbladder aside: a thin artery bears little more
 DRAWN_STRETCH = 1.0 + 0.9 * (MAX_STRETCH - 1.0)  # of a tube, by the arms; assumed
-EASED_STRETCH = 1.0 + 0.7 * (MAX_STRETCH - 1.0)  # which leaves the right arm some; assumed
+EASED_STRETCH = 1.0 + 0.8 * (MAX_STRETCH - 1.0)  # which leaves the right arm some; assumed
 WALL_SPARE_M = 0.0004  # by which the gallbladder's wall is drawn out of the jaws' way; assumed
 SPREAD_SPARE_M, SPREAD_MAX_S, DRAW_MAX_S = 0.0004, 3.0, 3.0
 INSERTION = JOINT_NAMES.index("insertion")
@@ -287,7 +287,8 @@ def _close_on(
         return astride, shut, stay(arm)
     covered = sac_room_m(world, target(world), tool, opening) <= SAC_ROOM_M
     covered |= not on_wall and holds_wall(world, target(world, 0.0), tool)
-    ready = (draw, expose, ease) if covered else (draw,)
+    stretched = covered or not _eased(world, 0.0)
+    ready = (draw, *((expose,) if covered else ()), *((ease,) if stretched else ()))
     return _from_outside(arm, (*ready, stand, astride, shut, stay(arm)), opening, world)
 
 
@@ -443,7 +444,8 @@ def _drawn(tube: str, world: World, time_s: float) -> bool:
     traction_n = world.record.grasp.traction_n
     held = gallbladder_held(world) and not tube_severed(world, tube)
     enough = taut(world.tubes, (tube,)) and traction_n > PULL_MIN_N
-    return not held or enough or traction_n > PULL_MAX_N or time_s > DRAW_MAX_S
+    most = traction_n > PULL_MAX_N or _is_drawn_out(world)
+    return not held or enough or most or time_s > DRAW_MAX_S
 
 
 def _aside(world: World, start: Array, T_world_tool: Array, tool: str, opening_rad: float) -> Goal:

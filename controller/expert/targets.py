@@ -35,7 +35,7 @@ MIN_MISSING = (
     0.001  # of a tube's length: keeps the pull's direction when both are straight; assumed
 )
 TIP_OVER_M = 0.0012  # by which a tip must reach over a tube that is pressed flat; assumed
-SLIP_M = 0.0005  # by which a tube slips in closing jaws: up to 0.5 mm, measured
+SLIP_M = 0.0005  # by which a tube slips in closing jaws at most, measured
 LIFT = 0.35  # share of the pull towards the endoscope, off the liver; assumed
 
 
@@ -85,7 +85,7 @@ def clip_pose(world: World, tube: str, k: int, approach: Approach = USUAL) -> Ar
 def cut_pose(world: World, tube: str, approach: Approach = USUAL) -> Array:
     """Return `T_world_tool` of the scissors below the gallbladder's clip, midway unless aside."""
     low, high = beside_cut_m(world, tube)
-    spare = max(high - low - cut_room_m(applier_at_work(world, tube)), 0.0)
+    spare = max(high - low - cut_room_m(applier_at_work(world, tube)) - SLIP_M, 0.0)
     station_m = 0.5 * (low + high) - 0.5 * min(approach.aside, 1.0) * spare
     return _on_tube(world, tube, station_m, 0.5 * BLADE_LENGTH_M, approach)
 
@@ -110,7 +110,7 @@ def belongs_here(world: World, tube: str, T_world_tool: Array) -> bool:
 
     The filter may have held the tool off its place; a clip or a cut beside the place is of no use.
     The last clip leaves room for the cut, and a cut lies between the clips beside it. Only the last
-    clip may hold the gallbladder's wall. The tube may slip a little while the jaws close.
+    clip may hold the gallbladder's wall.
     """
     tool = world.arms.mounted[RIGHT_ARM]
     crossing = world.tubes.crossing(tube, T_world_tool, tool.mouth_m[0])
@@ -121,13 +121,12 @@ def belongs_here(world: World, tube: str, T_world_tool: Array) -> bool:
         if not last and world.tubes.sac_between(T_world_tool, *tool.mouth_m, SAC_HALF_GAP_M):
             return False
         own_m = 0.5 * tool.clip.width_m
-        gap_m = 2.0 * CUFF_MIN_M if last else CLIP_MIN_GAP_M
+        gap_m = 2.0 * CUFF_MIN_M + 0.5 * clip_rule.CUT_SPARE_M if last else CLIP_MIN_GAP_M
     else:
         low, high = beside_cut_m(world, tube)
         if not low < crossing.station_m < high:
             return False
-        spare_m = 0.5 * (high - low - clip_of(applier_on(world, tube)).width_m) - CUFF_MIN_M
-        own_m, gap_m = 0.0, CUFF_MIN_M + min(SLIP_M, 0.5 * spare_m)
+        own_m, gap_m = 0.0, CUFF_MIN_M
     return all(
         abs(x.station_m - crossing.station_m) - 0.5 * clip.kind.width_m - own_m >= gap_m
         for clip in world.record.clips
