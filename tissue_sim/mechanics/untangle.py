@@ -6,8 +6,8 @@ modulus, the fold opens. So elements that share a vertex with a folded element l
 modulus. An element counts as folded from its inversion until it has regained most of its volume. If
 the bulk modulus returned as soon as the element turns, the element would fold again and again.
 The soft filling beside a clip that holds a part of the gallbladder's wall would stay folded,
-because the wall is much stiffer. A folded element therefore has at least a wall's shear modulus.
-Nothing is untangled under a clip.
+because the wall is much stiffer. A folded element therefore has at least a wall's shear modulus,
+and keeps it until it has regained nearly all of its volume. Nothing is untangled under a clip.
 """
 
 from __future__ import annotations
@@ -20,7 +20,8 @@ wp.set_module_options({"enable_backward": False})
 
 
 UNFOLDED = wp.constant(0.5)  # assumed: share of an element's volume
-FOLDED_PA = wp.constant(50.0e3)  # least shear modulus of a folded element: a soft wall's, assumed
+SOUND = wp.constant(0.9)  # likewise, from which a stiffened element is soft again; assumed
+FOLDED_PA = wp.constant(100.0e3)  # least shear modulus of a folded element: a wall's, assumed
 
 
 @wp.func
@@ -37,7 +38,7 @@ def volume_share(t: TissueArrays, b: int, e: int):
 def mark_tangled(t: TissueArrays, b: int, e: int):
     """Mark the corners of a folded element, unless a clip holds one of the corners.
 
-    Return whether the element is folded or was folded before.
+    Return whether the element is folded, was folded before, or is stiffened.
     """
     was_folded = t.folded[b, e] != 0
     t.folded[b, e] = 0
@@ -48,16 +49,18 @@ def mark_tangled(t: TissueArrays, b: int, e: int):
             t.folded[b, e] = 1
             for k in range(4):
                 t.tangled[b, c[k]] = 1
-    return was_folded or t.folded[b, e] != 0
+    return was_folded or t.folded[b, e] != 0 or t.mu[b, e] > t.shear[b, e]
 
 
 @wp.func
 def ease(t: TissueArrays, b: int, e: int):
-    """Set an element's current moduli: lambda is zero at a marked vertex, mu high if folded."""
+    """Set an element's current moduli: lambda is zero at a marked vertex, mu high if stiffened."""
     c = t.tet[b, e]
     tangled = t.tangled[b, c[0]] + t.tangled[b, c[1]] + t.tangled[b, c[2]] + t.tangled[b, c[3]]
     lam = wp.where(tangled == 0, t.bulk[b, e], 0.0)
-    mu = wp.where(t.folded[b, e] == 0, t.shear[b, e], wp.max(t.shear[b, e], FOLDED_PA))
+    stays = t.mu[b, e] > t.shear[b, e] and volume_share(t, b, e) < SOUND
+    stiff = t.folded[b, e] != 0 or stays
+    mu = wp.where(stiff, wp.max(t.shear[b, e], FOLDED_PA), t.shear[b, e])
     if lam != t.lam[b, e] or mu != t.mu[b, e]:
         t.lam[b, e] = lam
         t.mu[b, e] = mu
