@@ -90,14 +90,30 @@ def tube_room_m(
     The way is straight along the tool. Of a cut tube only the stump counts: the filter lets tools
     touch what hangs on the gallbladder.
     """
-    others = {
+    return _room_on_way_m(world, _in_body(world, tube), T_world_tool, tool, opening_rad)
+
+
+def side_of_tubes(world: World, tube: str, T_world_tool: Array, tool: str) -> float:
+    """Return on which side of the jaws' middle plane the nearest other tube in the body lies.
+
+    Returns:
+        +1 towards the tool's y, -1 away from it.
+    """
+    points = np.concatenate(list(_in_body(world, tube).values()))
+    x, y, z = transform(inverse_pose(T_world_tool), points).T
+    beyond = np.maximum(z, np.maximum(-INSTRUMENTS[tool].mouth_m[0] - z, 0.0))
+    return float(np.sign(y[np.argmin(x**2 + y**2 + beyond**2)]))
+
+
+def _in_body(world: World, tube: str) -> dict[str, Array]:
+    """Return finely spaced points (n, 3), world frame, of the other tubes or their stumps."""
+    return {
         other: _stump_m(world, other)
         if len(world.tubes.severed_rings(other))
         else subdivide(world.tubes.centres(other), LINE_PARTS)
         for other in world.organ.tubes
         if other != tube
     }
-    return _room_on_way_m(world, others, T_world_tool, tool, opening_rad)
 
 
 def hanging_room_m(

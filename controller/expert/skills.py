@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from controller.expert.approach import SAC_ROOM_M, STANDOFF_M, clear_approach
+from controller.expert.approach import SAC_ROOM_M, STANDOFF_M, TUBE_ROOM_M, clear_approach
 from controller.expert.jaw_room import (
     axis_side,
     catches_another,
@@ -18,6 +18,8 @@ from controller.expert.jaw_room import (
     outer_face_m,
     sac_room_m,
     side_of_sac,
+    side_of_tubes,
+    tube_room_m,
 )
 from controller.expert.motion import Goal, before, distance
 from controller.expert.targets import (
@@ -35,7 +37,7 @@ from controller.expert.targets import (
 from planner.procedure.outcomes import has_tube, structure_of
 from planner.procedure.task import Task
 from planner.procedure.task_kind import entry_of
-from tissue_sim.frames import Array, inverse_pose, transform
+from tissue_sim.frames import AWAY, Array, inverse_pose, transform, unit
 from tissue_sim.outcome.predicates import (
     gallbladder_held,
     gap_m,
@@ -75,6 +77,7 @@ ASTRIDE_M, ASTRIDE_RAD = 0.003, 0.3  # so near its place a tool need not come ou
 PULL_STEP_M, PULL_SPEED_M_S = 0.004, 0.006
 PULL_MIN_N, PULL_MAX_N = 2.0 * GRASP_MIN_TRACTION_N, 2.5  # some is lost as tissue settles
 ASIDE_MAX_N = 1.0  # draws the gallbladder aside: a thin artery bears little more
+TIGHT_STRETCH = 1.1  # of a thin tube, which a small pull straightens; assumed
 DRAWN_STRETCH = 1.0 + 0.9 * (MAX_STRETCH - 1.0)  # of a tube, by the arms; assumed
 EASED_STRETCH = 1.0 + 0.8 * (MAX_STRETCH - 1.0)  # which leaves the right arm some; assumed
 WALL_SPARE_M = 0.0004  # by which the gallbladder's wall is drawn out of the jaws' way; assumed
@@ -256,6 +259,9 @@ def _close_on(
         free = not on_way and sac_room_m(world, target(world), tool, opening) > SAC_ROOM_M
         return free or time_s > DRAW_MAX_S or not _can_draw(world, tube)
 
+    def parted(world: World) -> bool:
+        return tube_room_m(world, tube, target(world), tool, opening) > TUBE_ROOM_M
+
     def close(world: World, start: Array) -> Goal:
         T, jaw_rad = world.arms.T_world_tool()[arm], float(world.arms.joints[arm, 6])
         if catches_another(world, tube, T, tool, jaw_rad):
@@ -277,6 +283,12 @@ def _close_on(
         goal=lambda w, start: _aside(w, start, target(w), tool, opening),
         done=exposed,
     )
+    part = Phase(
+        name="part the tube from others",
+        arm=LEFT_ARM,
+        goal=lambda w, start: _part(w, start, tube, target(w), tool),
+        done=lambda w, time_s: parted(w) or time_s > DRAW_MAX_S or not _can_draw(w, tube),
+    )
     ease = Phase(name="ease the pull", arm=LEFT_ARM, goal=_ease, done=_eased)
     stand = go_to(arm, "in front of the tube", lambda w: before(target(w), STANDOFF_M), opening)
     astride = go_to(
@@ -287,8 +299,8 @@ def _close_on(
         return astride, shut, stay(arm)
     covered = sac_room_m(world, target(world), tool, opening) <= SAC_ROOM_M
     covered |= not on_wall and holds_wall(world, target(world, 0.0), tool)
-    stretched = covered or not _eased(world, 0.0)
-    ready = (draw, *((expose,) if covered else ()), *((ease,) if stretched else ()))
+    aside = (expose,) if covered else () if parted(world) else (part,)
+    ready = (draw, *aside, *((ease,) if aside or not _eased(world, 0.0) else ()))
     return _from_outside(arm, (*ready, stand, astride, shut, stay(arm)), opening, world)
 
 
@@ -412,9 +424,20 @@ def _pinched(world: World, time_s: float) -> bool:
 
 
 def _towards(world: World, start: Array, direction: Array) -> Goal:
-    """Return a step of the grasper along a unit vector (3,), world frame, turned as at `start`."""
+    """Return a step of the grasper along a unit vector (3,), world frame, turned as at `start`.
+
+    The step is short where a tube is nearly stretched as far as it may be.
+    """
+    stretches, lengths_m = world.tubes.stretches(), world.tubes.length_m
+    left_m = min(
+        ((DRAWN_STRETCH - stretches[t]) * lengths_m[t] for t in _whole(world)), default=np.inf
+    )
+    return _step(world, start, float(np.clip(left_m, 0.0, PULL_STEP_M)) * direction)
+
+
+def _step(world: World, start: Array, step_m: Array) -> Goal:
     T = world.arms.T_world_tool()[LEFT_ARM].copy()
-    T[:3, 3] += PULL_STEP_M * direction
+    T[:3, 3] += step_m
     T[:3, :3] = start[:3, :3]
     return Goal(T_world_tool=T, speed_m_s=PULL_SPEED_M_S)
 
@@ -443,7 +466,8 @@ def _drawn(tube: str, world: World, time_s: float) -> bool:
     """
     traction_n = world.record.grasp.traction_n
     held = gallbladder_held(world) and not tube_severed(world, tube)
-    enough = taut(world.tubes, (tube,)) and traction_n > PULL_MIN_N
+    tight = traction_n > PULL_MIN_N or world.tubes.stretches()[tube] > TIGHT_STRETCH
+    enough = taut(world.tubes, (tube,)) and tight
     most = traction_n > PULL_MAX_N or _is_drawn_out(world)
     return not held or enough or most or time_s > DRAW_MAX_S
 
@@ -454,6 +478,12 @@ def _aside(world: World, start: Array, T_world_tool: Array, tool: str, opening_r
     return _towards(world, start, side * T_world_tool[:3, 1])
 
 
+def _part(world: World, start: Array, tube: str, T_world_tool: Array, tool: str) -> Goal:
+    """Return a step of the grasper that draws the tube away from the nearest other one."""
+    side = side_of_tubes(world, tube, T_world_tool, tool)
+    return _towards(world, start, -side * T_world_tool[:3, 1])
+
+
 def _can_draw(world: World, tube: str) -> bool:
     """Return whether the grasper may draw the gallbladder further aside."""
     held = gallbladder_held(world) and not tube_severed(world, tube)
@@ -461,8 +491,15 @@ def _can_draw(world: World, tube: str) -> bool:
 
 
 def _ease(world: World, start: Array) -> Goal:
-    """Return a step of the grasper that slackens the tube that is stretched the most."""
-    return _towards(world, start, -pull_direction(world.tubes, (_most_stretched(world)[0],)))
+    """Return a step of the grasper that slackens the tube that is stretched the most.
+
+    The step does not press the gallbladder into the liver.
+    """
+    if _eased(world, 0.0):
+        return Goal()
+    centres = world.tubes.centres(_most_stretched(world)[0])
+    back = unit(centres[0] - centres[-1])
+    return _step(world, start, PULL_STEP_M * (back - max(back @ AWAY, 0.0) * AWAY))
 
 
 def _eased(world: World, time_s: float) -> bool:
@@ -481,8 +518,11 @@ def _is_drawn_out(world: World) -> bool:
 def _most_stretched(world: World) -> tuple[str, float]:
     """Return the whole tube with the most stretch, and its stretch: 1 for none."""
     stretches = world.tubes.stretches()
-    whole = [t for t in world.organ.tubes if not tube_severed(world, t)]
-    return max(((t, stretches[t]) for t in whole), key=itemgetter(1), default=("", 1.0))
+    return max(((t, stretches[t]) for t in _whole(world)), key=itemgetter(1), default=("", 1.0))
+
+
+def _whole(world: World) -> list[str]:
+    return [tube for tube in world.organ.tubes if not tube_severed(world, tube)]
 
 
 def _pulled(world: World, time_s: float) -> bool:
