@@ -173,6 +173,7 @@ def _rooms_m(
         [
             sac_room_m(world, T_world_tool, tool, opening_rad),
             min(
+                firm_room_m(world, before(T_world_tool, STANDOFF_M), tool, opening_rad),
                 firm_room_m(world, T_world_tool, tool, opening_rad),
                 firm_room_m(world, T_shut, tool, 0.0),
             ),

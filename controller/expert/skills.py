@@ -436,8 +436,9 @@ def _towards(world: World, start: Array, direction: Array) -> Goal:
 
 
 def _step(world: World, start: Array, step_m: Array) -> Goal:
+    """Return a step (3,) of the grasper, m, without what presses the gallbladder into the liver."""
     T = world.arms.T_world_tool()[LEFT_ARM].copy()
-    T[:3, 3] += step_m
+    T[:3, 3] += step_m - max(step_m @ AWAY, 0.0) * AWAY
     T[:3, :3] = start[:3, :3]
     return Goal(T_world_tool=T, speed_m_s=PULL_SPEED_M_S)
 
@@ -491,15 +492,12 @@ def _can_draw(world: World, tube: str) -> bool:
 
 
 def _ease(world: World, start: Array) -> Goal:
-    """Return a step of the grasper that slackens the tube that is stretched the most.
-
-    The step does not press the gallbladder into the liver.
-    """
+    """Return a step of the grasper that slackens the tube that is stretched the most."""
     if _eased(world, 0.0):
         return Goal()
     centres = world.tubes.centres(_most_stretched(world)[0])
     back = unit(centres[0] - centres[-1])
-    return _step(world, start, PULL_STEP_M * (back - max(back @ AWAY, 0.0) * AWAY))
+    return _step(world, start, PULL_STEP_M * back)
 
 
 def _eased(world: World, time_s: float) -> bool:
