@@ -11,7 +11,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from controller.dataset import layout
-from controller.dataset.dataset_episode import ALL, Choice, DatasetEpisode
+from controller.dataset.choice import ALL, Choice
+from controller.dataset.dataset_episode import DatasetEpisode
 from controller.dataset.reader import read_episodes, read_rows, require_dataset
 from controller.dataset.schema import FPS, PICTURES
 from controller.dataset.videos import pictures

@@ -16,7 +16,8 @@ import pyarrow.parquet as pq
 from numpy.typing import NDArray
 
 from controller.dataset import layout
-from controller.dataset.dataset_episode import ALL, Choice, DatasetEpisode, Header
+from controller.dataset.choice import ALL, Choice
+from controller.dataset.dataset_episode import DatasetEpisode, Header
 from controller.dataset.part import one_line, require_versions
 from controller.dataset.schema import Feature, features
 from controller.dataset.tables import columns_of, require_features

@@ -9,7 +9,8 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from controller.dataset.dataset_episode import ALL, Choice, DatasetEpisode
+from controller.dataset.choice import ALL, Choice
+from controller.dataset.dataset_episode import DatasetEpisode
 from controller.dataset.reader import COPIES, read_episodes, sensed_copy
 from planner.correction import CORRECTIONS
 from planner.learned.rollout import NOT_SAID, Rollout

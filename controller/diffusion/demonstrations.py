@@ -7,7 +7,8 @@ from pathlib import Path
 
 import numpy as np
 
-from controller.dataset.dataset_episode import ALL, Choice, DatasetEpisode
+from controller.dataset.choice import ALL, Choice
+from controller.dataset.dataset_episode import DatasetEpisode
 from controller.dataset.reader import COPIES, read_episodes, sensed_copy
 from controller.diffusion.displacement import free_and_near
 from controller.diffusion.windows import DemonstrationArrays

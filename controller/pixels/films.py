@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from controller.dataset.dataset_episode import ALL, Choice
+from controller.dataset.choice import ALL, Choice
 from controller.dataset.filmed import read_filmed
 from controller.diffusion.demonstrations import COLUMNS, sensed
 from controller.diffusion.windows import DemonstrationArrays

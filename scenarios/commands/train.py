@@ -14,7 +14,7 @@ from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, T
 from rich.text import Text
 from tyro.conf import Positional, arg
 
-from controller.dataset.dataset_episode import Choice
+from controller.dataset.choice import Choice
 from scenarios.commands.folder_options import claimed, require_writable_folder
 from scenarios.commands.typed_options import (
     MOST_SEED,

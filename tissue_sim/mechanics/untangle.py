@@ -7,7 +7,8 @@ modulus. An element counts as folded from its inversion until it has regained mo
 the bulk modulus returned as soon as the element turns, the element would fold again and again.
 The soft filling beside a clip that holds a part of the gallbladder's wall would stay folded,
 because the wall is much stiffer. A folded element therefore has at least a wall's shear modulus,
-and keeps it until it has regained nearly all of its volume. Nothing is untangled under a clip.
+and keeps it until it has regained nearly all of its volume. Compressible elements, such as a
+lumen's, stay soft: they may lose their volume for good. Nothing is untangled under a clip.
 """
 
 from __future__ import annotations
@@ -59,7 +60,7 @@ def ease(t: TissueArrays, b: int, e: int):
     tangled = t.tangled[b, c[0]] + t.tangled[b, c[1]] + t.tangled[b, c[2]] + t.tangled[b, c[3]]
     lam = wp.where(tangled == 0, t.bulk[b, e], 0.0)
     stays = t.mu[b, e] > t.shear[b, e] and volume_share(t, b, e) < SOUND
-    stiff = t.folded[b, e] != 0 or stays
+    stiff = (t.folded[b, e] != 0 or stays) and t.bulk[b, e] > t.shear[b, e]
     mu = wp.where(stiff, wp.max(t.shear[b, e], FOLDED_PA), t.shear[b, e])
     if lam != t.lam[b, e] or mu != t.mu[b, e]:
         t.lam[b, e] = lam

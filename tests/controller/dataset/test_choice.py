@@ -4,7 +4,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from controller.dataset.dataset_episode import Choice
+from controller.dataset.choice import Choice
 from controller.dataset.filmed import read_filmed
 from controller.dataset.merge import merge
 from controller.dataset.reader import read_episodes

@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from controller.dataset.dataset_episode import Choice
+from controller.dataset.choice import Choice
 from controller.dataset.merge import merge
 from controller.dataset.part import part_bytes
 from controller.dataset.reader import COPIES, sensed_copy

@@ -9,7 +9,7 @@ import torch
 from safetensors.torch import load_file
 from tensorboard.backend.event_processing.event_accumulator import EventAccumulator
 
-from controller.dataset.dataset_episode import Choice
+from controller.dataset.choice import Choice
 from controller.dataset.merge import merge
 from controller.dataset.schema import PICTURE_SHAPE
 from controller.diffusion.config import PolicyConfig
