@@ -18,6 +18,7 @@ from tissue_sim.frames import Array, exponential, pose, rotation_to_6d, rotation
 CHUNK_STEPS = 3
 TURN_SPEED_RAD_S, JAW_SPEED_RAD_S = 1.2, 1.0  # assumed
 STILL = np.zeros(3)
+PHASE_MAX_S = 10.0  # longest motion to a goal; assumed
 
 # The room that the expert leaves around its open jaws, which policies get as input
 CLEARANCE_M = 0.0018  # between tube and finger on either side

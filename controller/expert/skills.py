@@ -5,23 +5,20 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import partial
-from operator import itemgetter
 from typing import TYPE_CHECKING
 
 import numpy as np
 
+from controller.expert import traction
 from controller.expert.approach import SAC_ROOM_M, STANDOFF_M, TUBE_ROOM_M, clear_approach
 from controller.expert.jaw_room import (
-    axis_side,
     catches_another,
     holds_wall,
     outer_face_m,
     sac_room_m,
-    side_of_sac,
-    side_of_tubes,
     tube_room_m,
 )
-from controller.expert.motion import Goal, before, distance
+from controller.expert.motion import PHASE_MAX_S, Goal, before, distance
 from controller.expert.targets import (
     belongs_here,
     clip_pose,
@@ -30,29 +27,21 @@ from controller.expert.targets import (
     grasp_pose,
     next_is_last,
     opening_rad,
-    pull_direction,
-    spread_direction,
-    taut,
 )
 from planner.procedure.outcomes import has_tube, structure_of
 from planner.procedure.task import Task
 from planner.procedure.task_kind import entry_of
-from tissue_sim.frames import AWAY, Array, inverse_pose, transform, unit
+from tissue_sim.frames import Array, inverse_pose, transform
 from tissue_sim.outcome.predicates import (
     gallbladder_held,
-    gap_m,
     grasper_hooked,
     grasper_pressed_n,
     right_arm_back,
-    tube_severed,
 )
 from tissue_sim.surgery.abuses import stab_m
 from tissue_sim.thresholds import (
-    GRASP_MIN_TRACTION_N,
     HELD_PINCH_N,
-    MAX_STRETCH,
     RETRACTED_M,
-    SPREAD_MIN_M,
 )
 from tissue_sim.tools.arms import LEFT_ARM, RIGHT_ARM
 from tissue_sim.tools.instruments import INSTRUMENTS
@@ -74,19 +63,11 @@ BACK_M = RETRACTED_M + 0.004  # observations err: where just enough is shown, a 
 BESIDE_M = 0.008  # of the jaws' middle line: wider than their opening
 ARRIVED_M, ARRIVED_RAD = 0.0004, 0.06
 ASTRIDE_M, ASTRIDE_RAD = 0.003, 0.3  # so near its place a tool need not come out first; assumed
-PULL_STEP_M, PULL_SPEED_M_S = 0.004, 0.006
-PULL_MIN_N, PULL_MAX_N = 2.0 * GRASP_MIN_TRACTION_N, 2.5  # some is lost as tissue settles
-ASIDE_MAX_N = 1.0  # draws the gallbladder aside: a thin artery bears little more
-TIGHT_STRETCH = 1.1  # of a thin tube, which a small pull straightens; assumed
-DRAWN_STRETCH = 1.0 + 0.9 * (MAX_STRETCH - 1.0)  # of a tube, by the arms; assumed
-EASED_STRETCH = 1.0 + 0.8 * (MAX_STRETCH - 1.0)  # which leaves the right arm some; assumed
 WALL_SPARE_M = 0.0004  # by which the gallbladder's wall is drawn out of the jaws' way; assumed
-SPREAD_SPARE_M, SPREAD_MAX_S, DRAW_MAX_S = 0.0004, 3.0, 3.0
 INSERTION = JOINT_NAMES.index("insertion")
 STAB_MAX_M = 0.002  # the right fingers push no deeper into the gallbladder
 JAW_TIME_S, CLOSE_MAX_S = 1.0, 3.0
 SNAG_N, NARROW_RAD = 1.0, 0.1  # below the force of an injury; assumed
-PHASE_MAX_S = 10.0
 HELD_OFF_S = 5.0  # beside its place, by the filter; then the jaws close if that is where they may
 
 
@@ -226,8 +207,8 @@ def _grab(opening: float) -> tuple[tuple[Phase, ...], tuple[Phase, ...]]:
     )
     astride = go_to(arm, "astride the infundibulum", grasp_pose, opening, speed_m_s=NEAR_SPEED_M_S)
     close = Phase(name="close until it is firm", arm=arm, goal=_pinch, done=_pinched)
-    pull = Phase(name="pull the tubes straight", arm=arm, goal=_pull, done=_pulled)
-    part = Phase(name="spread the tubes", arm=arm, goal=_spread, done=_is_spread)
+    pull = Phase(name="pull the tubes straight", arm=arm, goal=traction.pull, done=traction.pulled)
+    part = Phase(name="spread the tubes", arm=arm, goal=traction.spread, done=traction.is_spread)
     return (stand, astride), (close, pull, part, stay(arm))
 
 
@@ -257,7 +238,7 @@ def _close_on(
     def exposed(world: World, time_s: float) -> bool:
         on_way = not on_wall and holds_wall(world, target(world, 0.0), tool, WALL_SPARE_M)
         free = not on_way and sac_room_m(world, target(world), tool, opening) > SAC_ROOM_M
-        return free or time_s > DRAW_MAX_S or not _can_draw(world, tube)
+        return free or traction.has_drawn(world, tube, time_s)
 
     def parted(world: World) -> bool:
         return tube_room_m(world, tube, target(world), tool, opening) > TUBE_ROOM_M
@@ -268,28 +249,28 @@ def _close_on(
             return Goal()
         follows = target(world, float(np.clip(jaw_rad / opening, 0.0, 1.0)))
         shut_rad = SHUT_RAD if belongs_here(world, tube, T) else None
-        goal_pose = None if _is_drawn_out(world) else follows
+        goal_pose = None if traction.is_drawn_out(world) else follows
         return Goal(T_world_tool=goal_pose, jaw_rad=shut_rad, speed_m_s=NEAR_SPEED_M_S)
 
     draw = Phase(
         name="draw the tube straight",
         arm=LEFT_ARM,
-        goal=partial(_draw, tube),
-        done=partial(_drawn, tube),
+        goal=partial(traction.draw, tube),
+        done=partial(traction.drawn, tube),
     )
     expose = Phase(
         name="draw the gallbladder aside",
         arm=LEFT_ARM,
-        goal=lambda w, start: _aside(w, start, target(w), tool, opening),
+        goal=lambda w, start: traction.aside(w, start, target(w), tool, opening),
         done=exposed,
     )
     part = Phase(
         name="part the tube from others",
         arm=LEFT_ARM,
-        goal=lambda w, start: _part(w, start, tube, target(w), tool),
-        done=lambda w, time_s: parted(w) or time_s > DRAW_MAX_S or not _can_draw(w, tube),
+        goal=lambda w, start: traction.part(w, start, tube, target(w), tool),
+        done=lambda w, time_s: parted(w) or traction.has_drawn(w, tube, time_s),
     )
-    ease = Phase(name="ease the pull", arm=LEFT_ARM, goal=_ease, done=_eased)
+    ease = Phase(name="ease the pull", arm=LEFT_ARM, goal=traction.ease, done=traction.eased)
     stand = go_to(arm, "in front of the tube", lambda w: before(target(w), STANDOFF_M), opening)
     astride = go_to(
         arm, "astride the tube", target, opening, speed_m_s=NEAR_SPEED_M_S, most_s=HELD_OFF_S
@@ -300,7 +281,7 @@ def _close_on(
     covered = sac_room_m(world, target(world), tool, opening) <= SAC_ROOM_M
     covered |= not on_wall and holds_wall(world, target(world, 0.0), tool)
     aside = (expose,) if covered else () if parted(world) else (part,)
-    ready = (draw, *aside, *((ease,) if aside or not _eased(world, 0.0) else ()))
+    ready = (draw, *aside, *((ease,) if aside or not traction.eased(world, 0.0) else ()))
     return _from_outside(arm, (*ready, stand, astride, shut, stay(arm)), opening, world)
 
 
@@ -388,7 +369,7 @@ def go_to(
         return (off_m < ARRIVED_M and off_rad < ARRIVED_RAD) or time_s > most_s
 
     def goal(world: World, start: Array) -> Goal:
-        if arm == RIGHT_ARM and (stab_m(world) > STAB_MAX_M or _is_drawn_out(world)):
+        if arm == RIGHT_ARM and (stab_m(world) > STAB_MAX_M or traction.is_drawn_out(world)):
             return Goal()
         return Goal(T_world_tool=target(world), jaw_rad=jaw_rad, speed_m_s=speed_m_s)
 
@@ -421,109 +402,3 @@ def _firm(world: World) -> bool:
 
 def _pinched(world: World, time_s: float) -> bool:
     return _firm(world) or time_s > PINCH_MAX_S
-
-
-def _towards(world: World, start: Array, direction: Array) -> Goal:
-    """Return a step of the grasper along a unit vector (3,), world frame, turned as at `start`.
-
-    The step is short where a tube is nearly stretched as far as it may be.
-    """
-    stretches, lengths_m = world.tubes.stretches(), world.tubes.length_m
-    left_m = min(
-        ((DRAWN_STRETCH - stretches[t]) * lengths_m[t] for t in _whole(world)), default=np.inf
-    )
-    return _step(world, start, float(np.clip(left_m, 0.0, PULL_STEP_M)) * direction)
-
-
-def _step(world: World, start: Array, step_m: Array) -> Goal:
-    """Return a step (3,) of the grasper, m, without what presses the gallbladder into the liver."""
-    T = world.arms.T_world_tool()[LEFT_ARM].copy()
-    T[:3, 3] += step_m - max(step_m @ AWAY, 0.0) * AWAY
-    T[:3, :3] = start[:3, :3]
-    return Goal(T_world_tool=T, speed_m_s=PULL_SPEED_M_S)
-
-
-def _pull(world: World, start: Array) -> Goal:
-    return _towards(world, start, pull_direction(world.tubes))
-
-
-def _spread(world: World, start: Array) -> Goal:
-    return _towards(world, start, spread_direction(world.tubes))
-
-
-def _is_spread(world: World, time_s: float) -> bool:
-    wide = gap_m(world.tubes) > SPREAD_MIN_M + SPREAD_SPARE_M
-    return wide or world.record.grasp.traction_n > PULL_MAX_N or time_s > SPREAD_MAX_S
-
-
-def _draw(tube: str, world: World, start: Array) -> Goal:
-    return _towards(world, start, pull_direction(world.tubes, (tube,)))
-
-
-def _drawn(tube: str, world: World, time_s: float) -> bool:
-    """Return whether a tube is straight, or the grasper can straighten it no further.
-
-    Where the other tube is cut, the gallbladder hangs on this tube alone.
-    """
-    traction_n = world.record.grasp.traction_n
-    held = gallbladder_held(world) and not tube_severed(world, tube)
-    tight = traction_n > PULL_MIN_N or world.tubes.stretches()[tube] > TIGHT_STRETCH
-    enough = taut(world.tubes, (tube,)) and tight
-    most = traction_n > PULL_MAX_N or _is_drawn_out(world)
-    return not held or enough or most or time_s > DRAW_MAX_S
-
-
-def _aside(world: World, start: Array, T_world_tool: Array, tool: str, opening_rad: float) -> Goal:
-    """Return a step of the grasper that draws the gallbladder out of the right jaws' way."""
-    side = side_of_sac(world, T_world_tool, tool, opening_rad) or axis_side(world, T_world_tool)
-    return _towards(world, start, side * T_world_tool[:3, 1])
-
-
-def _part(world: World, start: Array, tube: str, T_world_tool: Array, tool: str) -> Goal:
-    """Return a step of the grasper that draws the tube away from the nearest other one."""
-    side = side_of_tubes(world, tube, T_world_tool, tool)
-    return _towards(world, start, -side * T_world_tool[:3, 1])
-
-
-def _can_draw(world: World, tube: str) -> bool:
-    """Return whether the grasper may draw the gallbladder further aside."""
-    held = gallbladder_held(world) and not tube_severed(world, tube)
-    return held and world.record.grasp.traction_n < ASIDE_MAX_N and not _is_drawn_out(world)
-
-
-def _ease(world: World, start: Array) -> Goal:
-    """Return a step of the grasper that slackens the tube that is stretched the most."""
-    if _eased(world, 0.0):
-        return Goal()
-    centres = world.tubes.centres(_most_stretched(world)[0])
-    back = unit(centres[0] - centres[-1])
-    return _step(world, start, PULL_STEP_M * back)
-
-
-def _eased(world: World, time_s: float) -> bool:
-    held = gallbladder_held(world)
-    return not held or _most_stretched(world)[1] < EASED_STRETCH or time_s > DRAW_MAX_S
-
-
-def _is_drawn_out(world: World) -> bool:
-    """Return whether a whole tube is stretched so far that neither arm may draw it further.
-
-    The right arm draws tubes, too, where the grasper must give way to it.
-    """
-    return _most_stretched(world)[1] > DRAWN_STRETCH
-
-
-def _most_stretched(world: World) -> tuple[str, float]:
-    """Return the whole tube with the most stretch, and its stretch: 1 for none."""
-    stretches = world.tubes.stretches()
-    return max(((t, stretches[t]) for t in _whole(world)), key=itemgetter(1), default=("", 1.0))
-
-
-def _whole(world: World) -> list[str]:
-    return [tube for tube in world.organ.tubes if not tube_severed(world, tube)]
-
-
-def _pulled(world: World, time_s: float) -> bool:
-    traction_n = world.record.grasp.traction_n
-    enough = taut(world.tubes) and traction_n > PULL_MIN_N
-    return enough or traction_n > PULL_MAX_N or time_s > PHASE_MAX_S

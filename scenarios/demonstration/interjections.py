@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from controller.expert.skills import PULL_MAX_N
+from controller.expert.traction import PULL_MAX_N
 from planner.base import Planner, hears_of_success
 from planner.correction import CORRECTIONS, Correction
 from planner.instruction import Instruction

@@ -1,0 +1,144 @@
+"""Draw the gallbladder with the grasper: straighten, spread, part and ease the tubes. Privileged.
+
+Goals are functions of the world and of the tool's pose at the phase's start. Ends of phases are
+functions of the world and of the time in the phase, s.
+"""
+
+from __future__ import annotations
+
+from operator import itemgetter
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from controller.expert.jaw_room import axis_side, side_of_sac, side_of_tubes
+from controller.expert.motion import PHASE_MAX_S, Goal
+from controller.expert.targets import pull_direction, spread_direction, taut
+from tissue_sim.frames import AWAY, Array, unit
+from tissue_sim.outcome.predicates import gallbladder_held, gap_m, tube_severed
+from tissue_sim.thresholds import GRASP_MIN_TRACTION_N, MAX_STRETCH, SPREAD_MIN_M
+from tissue_sim.tools.arms import LEFT_ARM
+
+if TYPE_CHECKING:
+    from tissue_sim.world import World
+
+PULL_STEP_M, PULL_SPEED_M_S = 0.004, 0.006  # assumed, as the forces and times below
+PULL_MIN_N, PULL_MAX_N = 2.0 * GRASP_MIN_TRACTION_N, 2.5  # some is lost as tissue settles
+ASIDE_MAX_N = 1.0  # draws the gallbladder aside: a thin artery bears little more
+TIGHT_STRETCH = 1.1  # of a thin tube, which a small pull straightens; assumed
+DRAWN_STRETCH = 1.0 + 0.9 * (MAX_STRETCH - 1.0)  # of a tube, by the arms; assumed
+EASED_STRETCH = 1.0 + 0.8 * (MAX_STRETCH - 1.0)  # which leaves the right arm some; assumed
+SPREAD_SPARE_M, SPREAD_MAX_S, DRAW_MAX_S = 0.0004, 3.0, 3.0
+
+
+def _towards(world: World, start: Array, direction: Array) -> Goal:
+    """Return a step of the grasper along a unit vector (3,), world frame, turned as at `start`.
+
+    The step is short where a tube is nearly stretched as far as it may be.
+    """
+    stretches, lengths_m = world.tubes.stretches(), world.tubes.length_m
+    left_m = min(
+        ((DRAWN_STRETCH - stretches[t]) * lengths_m[t] for t in _whole(world)), default=np.inf
+    )
+    return _step(world, start, float(np.clip(left_m, 0.0, PULL_STEP_M)) * direction)
+
+
+def _step(world: World, start: Array, step_m: Array) -> Goal:
+    """Return a step (3,) of the grasper, m, without what presses the gallbladder into the liver."""
+    T = world.arms.T_world_tool()[LEFT_ARM].copy()
+    T[:3, 3] += step_m - max(step_m @ AWAY, 0.0) * AWAY
+    T[:3, :3] = start[:3, :3]
+    return Goal(T_world_tool=T, speed_m_s=PULL_SPEED_M_S)
+
+
+def pull(world: World, start: Array) -> Goal:
+    """Return a step of the grasper that straightens the tubes, the slackest one most."""
+    return _towards(world, start, pull_direction(world.tubes))
+
+
+def pulled(world: World, time_s: float) -> bool:
+    """Return whether all tubes are straight, or the grasper can straighten them no further."""
+    traction_n = world.record.grasp.traction_n
+    enough = taut(world.tubes) and traction_n > PULL_MIN_N
+    return enough or traction_n > PULL_MAX_N or time_s > PHASE_MAX_S
+
+
+def spread(world: World, start: Array) -> Goal:
+    """Return a step of the grasper that parts duct and artery."""
+    return _towards(world, start, spread_direction(world.tubes))
+
+
+def is_spread(world: World, time_s: float) -> bool:
+    """Return whether duct and artery are apart, or the grasper can part them no further."""
+    wide = gap_m(world.tubes) > SPREAD_MIN_M + SPREAD_SPARE_M
+    return wide or world.record.grasp.traction_n > PULL_MAX_N or time_s > SPREAD_MAX_S
+
+
+def draw(tube: str, world: World, start: Array) -> Goal:
+    """Return a step of the grasper that straightens one tube."""
+    return _towards(world, start, pull_direction(world.tubes, (tube,)))
+
+
+def drawn(tube: str, world: World, time_s: float) -> bool:
+    """Return whether a tube is straight, or the grasper can straighten it no further.
+
+    Where the other tube is cut, the gallbladder hangs on this tube alone.
+    """
+    traction_n = world.record.grasp.traction_n
+    held = gallbladder_held(world) and not tube_severed(world, tube)
+    tight = traction_n > PULL_MIN_N or world.tubes.stretches()[tube] > TIGHT_STRETCH
+    enough = taut(world.tubes, (tube,)) and tight
+    most = traction_n > PULL_MAX_N or is_drawn_out(world)
+    return not held or enough or most or time_s > DRAW_MAX_S
+
+
+def aside(world: World, start: Array, T_world_tool: Array, tool: str, opening_rad: float) -> Goal:
+    """Return a step of the grasper that draws the gallbladder out of the right jaws' way."""
+    side = side_of_sac(world, T_world_tool, tool, opening_rad) or axis_side(world, T_world_tool)
+    return _towards(world, start, side * T_world_tool[:3, 1])
+
+
+def part(world: World, start: Array, tube: str, T_world_tool: Array, tool: str) -> Goal:
+    """Return a step of the grasper that draws the tube away from the nearest other one."""
+    side = side_of_tubes(world, tube, T_world_tool, tool)
+    return _towards(world, start, -side * T_world_tool[:3, 1])
+
+
+def has_drawn(world: World, tube: str, time_s: float) -> bool:
+    """Return whether the grasper may draw the gallbladder aside no further."""
+    held = gallbladder_held(world) and not tube_severed(world, tube)
+    free = world.record.grasp.traction_n < ASIDE_MAX_N and not is_drawn_out(world)
+    return not (held and free) or time_s > DRAW_MAX_S
+
+
+def ease(world: World, start: Array) -> Goal:
+    """Return a step of the grasper that slackens the tube that is stretched the most."""
+    if eased(world, 0.0):
+        return Goal()
+    centres = world.tubes.centres(_most_stretched(world)[0])
+    back = unit(centres[0] - centres[-1])
+    return _step(world, start, PULL_STEP_M * back)
+
+
+def eased(world: World, time_s: float) -> bool:
+    """Return whether no tube is stretched so far that the right arm may not move it."""
+    held = gallbladder_held(world)
+    return not held or _most_stretched(world)[1] < EASED_STRETCH or time_s > DRAW_MAX_S
+
+
+def is_drawn_out(world: World) -> bool:
+    """Return whether a whole tube is stretched so far that neither arm may draw it further.
+
+    The right arm draws tubes, too, where the grasper must give way to it.
+    """
+    return _most_stretched(world)[1] > DRAWN_STRETCH
+
+
+def _most_stretched(world: World) -> tuple[str, float]:
+    """Return the whole tube with the most stretch, and its stretch: 1 for none."""
+    stretches = world.tubes.stretches()
+    return max(((t, stretches[t]) for t in _whole(world)), key=itemgetter(1), default=("", 1.0))
+
+
+def _whole(world: World) -> list[str]:
+    return [tube for tube in world.organ.tubes if not tube_severed(world, tube)]

@@ -1,0 +1,55 @@
+"""Tests of the grasper's pulls: no tube is drawn too far, and nothing is pressed into the liver."""
+
+import numpy as np
+import pytest
+
+from controller.expert import traction
+from controller.expert.jaw_room import side_of_tubes
+from controller.expert.targets import clip_pose
+from tests.worlds import textbook_world
+from tissue_sim.frames import AWAY, LEFT, RIGHT, Array, unit
+from tissue_sim.tools.arms import LEFT_ARM
+from tissue_sim.tools.instruments import CLIP_APPLIER
+from tissue_sim.world import World
+
+
+@pytest.fixture
+def world() -> World:
+    return textbook_world(10_004)
+
+
+def step_m(world: World, direction: Array) -> Array:
+    """Return the step (3,) that the grasper is asked for along a unit vector, m."""
+    here = world.arms.T_world_tool()[LEFT_ARM]
+    goal = traction._towards(world, here, direction).T_world_tool
+    assert goal is not None
+    return goal[:3, 3] - here[:3, 3]
+
+
+def test_no_pull_presses_the_gallbladder_into_the_liver(world: World) -> None:
+    along = unit(RIGHT + AWAY)
+    np.testing.assert_allclose(step_m(world, AWAY), 0.0, atol=1e-9)
+    np.testing.assert_allclose(step_m(world, -AWAY), -traction.PULL_STEP_M * AWAY, atol=1e-9)
+    assert step_m(world, along) @ AWAY == pytest.approx(0.0, abs=1e-9)
+    assert step_m(world, along) @ RIGHT > 0.5 * traction.PULL_STEP_M
+
+
+def test_a_pull_ends_where_a_tube_is_drawn_out(world: World) -> None:
+    x, centres = world.tissue.positions(), world.organ.rings["artery"]
+    rest_m = x[centres].copy()
+    for stretch, most in ((1.0, 1.0), (traction.DRAWN_STRETCH - 0.02, 0.3), (1.3, 0.0)):
+        x[centres] = rest_m[:1] + stretch * (rest_m - rest_m[:1])
+        share = float(np.linalg.norm(step_m(world, RIGHT))) / traction.PULL_STEP_M
+        assert share <= most + 1e-6
+        assert traction.is_drawn_out(world) == (most == 0.0)
+
+
+def test_the_nearest_tube_is_found_on_its_side_of_the_jaws(world: World) -> None:
+    """The artery runs to the right of the duct in this patient."""
+    T = clip_pose(world, "duct", 2)
+    artery = world.tubes.centres("artery").mean(axis=0) - T[:3, 3]
+    assert side_of_tubes(world, "duct", T, CLIP_APPLIER) == np.sign(artery @ T[:3, 1])
+    turned = T.copy()
+    turned[:3, :2] *= -1.0
+    assert side_of_tubes(world, "duct", turned, CLIP_APPLIER) == -np.sign(artery @ T[:3, 1])
+    assert artery @ LEFT < 0.0
