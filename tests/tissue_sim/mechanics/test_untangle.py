@@ -7,7 +7,7 @@ from tests.tissue_sim.bodies import rod
 from tests.tissue_sim.verification.bodies import organ_of, put, tissue_of
 from tissue_sim.mechanics.step import TissueConfig
 from tissue_sim.mechanics.tissue import Tissue
-from tissue_sim.mechanics.untangle import FOLDED_PA, SOUND, UNFOLDED
+from tissue_sim.mechanics.untangle import FOLDED_PA, FOLDED_TIMES, SOUND, UNFOLDED
 from tissue_sim.patient.organ import REGIONS
 
 TUBE = rod()
@@ -45,36 +45,42 @@ def test_a_scattered_tube_recovers(seed: int) -> None:
     assert inverted_after_a_scatter(tube(), seed) == 0
 
 
-def test_bulk_is_eased_around_an_inverted_element_only_and_not_under_a_clip() -> None:
-    tissue = tube()
-    x, centre = TUBE.vertices.copy(), int(TUBE.rings[4, 0])
-    x[centre, 1] += 0.01  # out through the wall
-    for clipped in (False, True):
-        put(tissue, x)
-        tissue.host("covered")[0, centre] = clipped
-        inverted = tissue.tets()[tissue.volumes() < 0]
-        assert len(inverted)
-        near = np.isin(tissue.tets(), inverted).any(axis=1) & (not clipped)
-        tissue.stages["untangle"].launch()
-        lam, bulk = (tissue.host(name)[0, : len(near)] for name in ("lam", "bulk"))
-        np.testing.assert_array_equal(lam, np.where(near, 0.0, bulk))
-
-
-@pytest.mark.parametrize(("fill", "stiffens"), [(BILE, True), (LUMEN, False)])
-def test_a_folded_element_is_as_stiff_as_a_wall_until_it_is_sound_if_it_keeps_its_volume(
-    fill: int, stiffens: bool
+@pytest.mark.parametrize(("fill", "clipped"), [(BILE, False), (BILE, True), (LUMEN, False)])
+def test_bulk_is_eased_around_a_folded_element_that_keeps_its_volume_and_not_under_a_clip(
+    fill: int, clipped: bool
 ) -> None:
     tissue, centre = tube(fill), int(TUBE.rings[4, 0])
     x = TUBE.vertices.copy()
-    x[centre, 1] += 0.01
+    x[centre, 1] += 0.01  # out through the wall
+    put(tissue, x)
+    tissue.host("covered")[0, centre] = clipped
+    inverted = tissue.tets()[tissue.volumes() < 0]
+    assert len(inverted)
+    near = np.isin(tissue.tets(), inverted).any(axis=1) & (fill == BILE and not clipped)
+    tissue.stages["untangle"].launch()
+    lam, bulk = (tissue.host(name)[0, : len(near)] for name in ("lam", "bulk"))
+    np.testing.assert_array_equal(lam, np.where(near, 0.0, bulk))
+
+
+@pytest.mark.parametrize(
+    ("fill", "of_ring", "stiffens"), [(BILE, 0, True), (LUMEN, 0, False), (LUMEN, 1, True)]
+)
+def test_a_folded_element_that_keeps_its_volume_is_stiffer_until_it_is_sound(
+    fill: int, of_ring: int, stiffens: bool
+) -> None:
+    tissue, moved = tube(fill), int(TUBE.rings[4, of_ring])
+    x = TUBE.vertices.copy()
+    x[moved, 1] += 0.01  # out through the wall
     put(tissue, x)
     folded = tissue.volumes() < 0
     tissue.stages["untangle"].launch()
-    mu, shear = (tissue.host(k)[0, : len(folded)] for k in ("mu", "shear"))
-    stiff = folded & stiffens
-    np.testing.assert_array_equal(mu, np.where(stiff, np.maximum(shear, FOLDED_PA), shear))
+    mu, shear, bulk = (tissue.host(k)[0, : len(folded)] for k in ("mu", "shear", "bulk"))
+    stiff = folded & (bulk > shear)
+    assert stiff.any() == stiffens
+    folded_pa = np.maximum(FOLDED_TIMES * shear, FOLDED_PA)
+    np.testing.assert_array_equal(mu, np.where(stiff, folded_pa, shear))
     for out_m, stays in ((0.0003, True), (0.0, False), (0.0003, False)):
-        x[centre] = TUBE.vertices[centre] + (0.0, out_m, 0.0)
+        x[moved] = TUBE.vertices[moved] + (0.0, out_m, 0.0)
         put(tissue, x)
         share = tissue.volumes() / tissue.host("volume")[0, : len(folded)]
         tissue.stages["untangle"].launch()
@@ -85,7 +91,7 @@ def test_a_folded_element_is_as_stiff_as_a_wall_until_it_is_sound_if_it_keeps_it
 
 def test_the_bulk_modulus_returns_when_most_of_the_volume_has_returned() -> None:
     """Check that an element keeps its state between inversion and half its volume."""
-    tissue, centre = tube(), int(TUBE.rings[4, 0])
+    tissue, centre = tube(BILE), int(TUBE.rings[4, 0])
     eased = []
     for out_m in (0.0005, 0.01, 0.0005, 0.0, 0.0005):
         x = TUBE.vertices.copy()
