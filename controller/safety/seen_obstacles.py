@@ -12,6 +12,7 @@ from planner.scene.duct_side import structure_seen
 from tissue_sim.frames import Array, transform, unit
 from tissue_sim.patient.at_risk import BRANCHES, COMMON_DUCT, HEPATIC_ARTERY, RADIUS_M
 from tissue_sim.sensing.observation import ROWS, TRUNK_POINTS, TUBE_ROWS, Observation
+from tissue_sim.sensing.polyline import nearest_on, place_on
 
 TRUNKS = {COMMON_DUCT: "common_bile_duct_m", HEPATIC_ARTERY: "hepatic_artery_m"}
 FINE = 12  # capsules along a structure at risk
@@ -84,7 +85,7 @@ def lines_seen(observation: Observation) -> dict[str, LineSeen]:
         )
     for trunk, name in TRUNKS.items():
         branch = lines[BRANCHES[trunk]]
-        line = trunk_line(getattr(observation, name), branch.points_m, RADIUS_M[trunk])
+        line = trunk_line(getattr(observation, name), branch.points_m[0], RADIUS_M[trunk])
         lines[trunk] = LineSeen(
             points_m=line,
             radius_m=RADIUS_M[trunk],
@@ -105,24 +106,32 @@ def _trunk_std_m(line: Array, radius_m: float, covered_m: float, branch: LineSee
     return branch.std_m[0] + share * max(covered_m - branch.std_m[0], 0.0)
 
 
-def trunk_line(points: Array, branch: Array, radius_m: float) -> Array:
+def trunk_line(points: Array, root: Array, radius_m: float) -> Array:
     """Return a smooth line (`FINE` + 1, 3) through points (4, 3) of a structure at risk.
 
-    The line also passes under the branch's first point, which lies on the structure's wall: the
-    branch may draw the structure out there. The line is a cubic spline over the chords' length. If
-    all points are observed in one place, the line is that place.
+    The line also passes under the root (3,), its branch's first point, which lies on the wall: the
+    branch may draw the structure out there. Of all places a radius from the root, the line passes
+    through the one nearest to the line without it. The branch's direction is no measure of where
+    the axis lies: a branch may lie along the structure.
     """
-    along = unit(points[2] - points[1])
-    leaves = branch[1] - branch[0]
-    under = branch[0] - radius_m * unit(leaves - (leaves @ along) * along)
+    without = _through(points)
+    k, share, _ = nearest_on(without, root)
+    under = root + radius_m * unit(place_on(without, k + share) - root)
     kept = points[np.linalg.norm(points - under, axis=1) > BESIDE_M]
-    if not len(kept):
-        return np.repeat(under[None], len(_EVENLY), axis=0)
     whole = np.concatenate([kept, under[None]])
-    whole = whole[np.argsort((whole - points[0]) @ (points[3] - points[0]))]
-    chords = np.linalg.norm(whole[1:] - whole[:-1], axis=1)
+    return _through(whole[np.argsort((whole - points[0]) @ (points[3] - points[0]))])
+
+
+def _through(points: Array) -> Array:
+    """Return a line (`FINE` + 1, 3) through points: a cubic spline over the chords' length.
+
+    If all points are observed in one place, the line is that place.
+    """
+    chords = np.linalg.norm(points[1:] - points[:-1], axis=1)
     at = np.concatenate([[0.0], np.cumsum(chords)])
-    return spline(at / at[-1], whole, _EVENLY)
+    if at[-1] < BESIDE_M:
+        return np.repeat(points[:1], len(_EVENLY), axis=0)
+    return spline(at / at[-1], points, _EVENLY)
 
 
 def spline(at: Array, points: Array, wanted: Array) -> Array:

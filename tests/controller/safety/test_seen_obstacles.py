@@ -93,8 +93,7 @@ def test_of_a_severed_tube_only_the_part_that_stays_in_the_body_is_an_obstacle(w
 
 def test_a_structure_at_risk_that_is_seen_in_one_place_is_there():
     points, radius_m = 0.0005 * np.outer(np.arange(4), [1.0, 0.0, 0.0]), 0.003
-    branch = np.array([[0.0, 0.0, radius_m], [0.0, 0.0, 2.0 * radius_m]])
-    line = trunk_line(points, branch, radius_m)
+    line = trunk_line(points, np.array([0.0, 0.0, radius_m]), radius_m)
     assert len(line) == FINE + 1
     assert np.linalg.norm(line[:, None] - points, axis=-1).max() < BESIDE_M
 
