@@ -13,9 +13,11 @@ from controller.safety.geometry.collision import CollisionModel, NearPairs, Pair
 from controller.safety.obstacles import LIVER, PORT_WALL, Surroundings
 from controller.safety.situation import Situation
 from tissue_sim.frames import Array
+from tissue_sim.patient.at_risk import AT_RISK
 
 INSIDE_M = 1e-4  # a link that is nearer than this counts as inside
-MARGIN_M = INSIDE_M + 1e-6  # where a motion from outside stops
+AT_RISK_M = 4e-4  # the same of a structure at risk: few points give its line; assumed
+OUTSIDE_M = 1e-6  # farther off by this a motion from outside stops
 DEEPER_M = 1e-5  # in soft obstacles, more than this counts as deeper
 BESIDE_M = INSIDE_M + DEEPER_M  # a link that is nearer to a surface than this counts as inside
 ROUNDING_M = 1e-7
@@ -42,7 +44,7 @@ def safe_share(
         situation.instruments,
         surroundings,
         floor_m=partial(_floor_m, situation.worked_on, inside_m),
-        highest_m=MARGIN_M,
+        highest_m=AT_RISK_M + OUTSIDE_M,
         near=situation.near,
         most_looks=LOOKS,
     )
@@ -79,7 +81,7 @@ def _no_deeper(
 
 def _floor_m(worked_on: WorkedOn, inside_m: dict[Pair, float], near: NearPairs) -> Array:
     """Return the smallest allowed distance (n,) of each pair, given those of pairs inside."""
-    floor = np.where(kept_out(near, worked_on), MARGIN_M, -np.inf)
+    floor = np.where(kept_out(near, worked_on), _least_m(near) + OUTSIDE_M, -np.inf)
     for row in range(len(floor)) if inside_m else ():
         pair = near.pair(row)
         if pair in inside_m:
@@ -87,11 +89,17 @@ def _floor_m(worked_on: WorkedOn, inside_m: dict[Pair, float], near: NearPairs) 
     return floor
 
 
+def _least_m(near: NearPairs) -> Array:
+    """Return the distance (n,) from which each pair counts as inside."""
+    return np.where(near.of(*AT_RISK), AT_RISK_M, INSIDE_M)
+
+
 def _inside_m(near: NearPairs, barred: NDArray[np.bool_]) -> dict[Pair, float]:
     """Return the signed distance of each forbidden pair that touches, over a chain's capsules."""
-    beside = barred & (near.distance_m < BESIDE_M)
+    least_m = _least_m(near)
+    beside = barred & (near.distance_m < least_m + DEEPER_M)
     if beside.any():
-        beside &= (near.distance_m < INSIDE_M) | near.of(*SURFACES)
+        beside &= (near.distance_m < least_m) | near.of(*SURFACES)
     inside: dict[Pair, float] = {}
     for row in np.flatnonzero(beside).tolist():
         pair, distance_m = near.pair(row), float(near.distance_m[row])

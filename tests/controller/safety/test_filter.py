@@ -25,13 +25,14 @@ from controller.safety.limits.arms import (
     limit_joint_speed,
 )
 from controller.safety.obstacles import registered
-from controller.safety.proof import DEEPER_M
+from controller.safety.proof import AT_RISK_M, DEEPER_M
 from controller.safety.seen_obstacles import ObstaclesSeen
 from planner.instruction import TASKS, Instruction
 from planner.procedure.outcomes import structure_of
 from tests.planner.observations import clipped, third_tube
 from tests.worlds import textbook_world
 from tissue_sim.frames import inverse_pose, unit
+from tissue_sim.patient.at_risk import AT_RISK
 from tissue_sim.tools.arms import HOME_JOINTS, RIGHT_ARM
 from tissue_sim.tools.psm import forward_kinematics
 
@@ -201,6 +202,21 @@ def test_a_jump_across_the_artery_stops_before_it_even_without_limits(world, fie
     assert allowed.entry.limits == ("keep-out: on the way",)
     assert field.on_the_way_m(start, allowed.joints, "artery") > 0.0
     assert np.abs(allowed.joints - start).max() > 0.01  # it may move up to the artery
+
+
+@pytest.mark.parametrize("obstacle", AT_RISK)
+def test_a_jump_into_a_structure_at_risk_stops_off_its_line_even_without_limits(
+    world, field, obstacle
+):
+    """Few observed points give the line: the structure itself may be nearer."""
+    start, into = inside(world, field, obstacle, -0.002)
+    asked = right_tool_at(world, tip_m(world, start) + 0.004 * into, start)
+    world.arms.set_joints(start)
+    safety = filter_of(world, limits={}, interlocks={})
+    allowed = safety.allow(start, asked, GRAB, world.observe()).joints
+    assert field.on_the_way_m(start, asked, obstacle) < 0.0
+    assert field.on_the_way_m(start, allowed, obstacle) > AT_RISK_M
+    assert field.distance_m(allowed, obstacle) < AT_RISK_M + 0.0005  # it may move up to there
 
 
 def test_the_grasper_works_on_tubes_while_it_grabs_or_holds_what_they_hang_on(world):

@@ -16,6 +16,7 @@ from controller.safety.seen_obstacles import (
     trunk_line,
 )
 from tests.worlds import textbook_world
+from tissue_sim.patient.anatomy import anatomy_from_seed
 from tissue_sim.patient.at_risk import AT_RISK
 from tissue_sim.patient.organ import TUBES
 from tissue_sim.patient.textbook import textbook_from_seed
@@ -37,6 +38,14 @@ def world(request):
 def two_arteries():
     world = World()
     world.reset(variant("two-arteries", textbook_from_seed(10_000)))
+    return world
+
+
+@pytest.fixture(scope="module")
+def oblique():
+    """Return a patient whose cystic duct lies along the common bile duct."""
+    world = World()
+    world.reset(anatomy_from_seed(10_239))
     return world
 
 
@@ -70,6 +79,11 @@ def test_a_third_tube_is_an_obstacle_where_it_is_seen(two_arteries):
     test_seen_exactly_lines_are_those_of_the_tissue(two_arteries, "second artery")
     seen = two_arteries.observe()
     assert "second artery" not in lines_seen(replace(seen, third_tube=0.0))
+
+
+@pytest.mark.parametrize("name", AT_RISK)
+def test_a_branch_that_leaves_its_trunk_obliquely_draws_no_line_astray(oblique, name):
+    test_seen_exactly_lines_are_those_of_the_tissue(oblique, name)
 
 
 def test_of_a_severed_tube_only_the_part_that_stays_in_the_body_is_an_obstacle(world):
