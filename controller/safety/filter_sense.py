@@ -13,6 +13,7 @@ from controller.safety.bounds import N_MOTION
 from controller.safety.clips_seen import crowded_by_clips, lacking_clips
 from controller.safety.exemption import worked_on
 from controller.safety.geometry.collision import NO_LINK, CollisionModel, NearPairs
+from controller.safety.giving_way import GivingWay, coming_m_s
 from controller.safety.jaws_seen import between_jaws_seen
 from controller.safety.obstacles import RigidSurroundings, Surroundings, registered
 from controller.safety.proof import safe_share
@@ -59,7 +60,7 @@ class FilterSense:
 
     def __init__(self, registration: Registration) -> None:
         self._registration, self._obstacles = registration, ObstaclesSeen()
-        self._between = frozenset[str]()
+        self._between, self._giving_way = frozenset[str](), GivingWay()
         self._model = CollisionModel(registration.rigid, registration.T_world_rcm)
 
     def build(
@@ -77,6 +78,7 @@ class FilterSense:
         )
         self._surroundings: Surroundings = self._obstacles.follow(observation)
         near = self._model.near(start, instruments, self._surroundings)
+        velocity = self._giving_way.follow(observation.time_s, self._surroundings.capsules)
         motion = (asked - start).ravel()
         arms = arm_motion(start, motion, instruments, self._registration.T_world_rcm)
         closes = asked[RIGHT_ARM, 6] < start[RIGHT_ARM, 6]
@@ -92,6 +94,7 @@ class FilterSense:
             arms=arms,
             near=near,
             parting=_parting(near, arms.rates),
+            coming_m_s=coming_m_s(near, velocity, observation.pinch_n),
             tool_force_n=observation.forces_n @ observation.T_world_endoscope[:3, :3].T,
             pinch_n=observation.pinch_n,
             shaft_offset_m=observation.shaft_offset_m,

@@ -33,6 +33,7 @@ class Situation:
         arms: The motion of the arms with their joints, and with the requested motion.
         near: Pairs of instrument and obstacle that are near each other, at `start`.
         parting: (n, 14) from a motion to the change of each near pair's distance, m.
+        coming_m_s: (n,) speed at which each near pair's obstacle comes nearer by itself.
         tool_force_n: (2, 3) force of the tissue on each instrument, world frame.
         pinch_n: Force of the grasper's jaws on the tissue between them.
         shaft_offset_m: (2,) distance of each measured shaft from its remote centre.
@@ -51,6 +52,7 @@ class Situation:
     arms: ArmMotion
     near: NearPairs
     parting: Array
+    coming_m_s: Array
     tool_force_n: Array
     pinch_n: float
     shaft_offset_m: Array

@@ -33,6 +33,7 @@ ALONGSIDE_M = 0.001  # assumed: capsules hardly farther than the nearest one of 
 Pair = tuple[int, int, str, int]  # arm, link, obstacle, other link
 _SHAFTS = [SHAFT, N_LINK + SHAFT]
 NO_LINK = -1
+NO_CAPSULE = np.iinfo(np.int32).max
 
 # A table of the gaps between the links' cores and near obstacles: one row per pair.
 CORE_GAP = np.dtype(
@@ -45,6 +46,7 @@ CORE_GAP = np.dtype(
         ("on_other_m", float, 3),
         ("other_radius_m", float),  # about the other's core
         ("foremost", bool),  # of a chain, nearest to the link or hardly farther
+        ("capsule", np.int32),  # among all chains' capsules; `NO_CAPSULE` of other obstacles
     ]
 )
 CoreGaps = NDArray[np.void]  # (n,) of CORE_GAP
@@ -69,6 +71,7 @@ class NearPairs:
             "port wall" and "right arm".
         what: (n,) index into `names`.
         foremost: (n,) mask of the capsules of a chain that are nearest or hardly farther.
+        capsule: (n,) index of the obstacle's capsule, `NO_CAPSULE` where the obstacle is none.
         within_m: The activation distance.
         others_m: (4, 4) lower bounds of the distances between links of the left and right arm that
             are no pair; infinite for a pair.
@@ -85,6 +88,7 @@ class NearPairs:
     names: tuple[str, ...]
     what: Indices
     foremost: NDArray[np.bool_]
+    capsule: Indices
     within_m: float
     others_m: Array
     links: LinkCores
@@ -183,7 +187,15 @@ class CollisionModel:
         for k, surface in enumerate(self._surfaces.values()):
             surface.move(moved_m[k])
             for link in np.flatnonzero(near[k]).tolist():
-                yield link, first + k, NO_LINK, *_in_m(surface.gap(cores(link))), 0.0, True
+                yield (
+                    link,
+                    first + k,
+                    NO_LINK,
+                    *_in_m(surface.gap(cores(link))),
+                    0.0,
+                    True,
+                    NO_CAPSULE,
+                )
 
 
 def _rows_between_arms(
@@ -192,7 +204,7 @@ def _rows_between_arms(
     """Yield rows of `CORE_GAP` for pairs of links of both arms."""
     for link, other in np.transpose(near.nonzero()).tolist():
         between = gap(cores(link), cores(N_LINK + other))
-        yield link, obstacle, other, *_in_m(between), radius_m[N_LINK + other], True
+        yield link, obstacle, other, *_in_m(between), radius_m[N_LINK + other], True, NO_CAPSULE
 
 
 def _in_m(gap: Gap) -> tuple[float, Array, Array]:
@@ -218,6 +230,7 @@ def _near_pairs(
         names=names,
         what=gaps["obstacle"],
         foremost=gaps["foremost"],
+        capsule=gaps["capsule"],
         within_m=within_m,
         others_m=others_m,
         links=links,
@@ -254,5 +267,6 @@ def chain_gaps(links: LinkCores, chains: Capsules, within_m: float) -> CoreGaps:
     gaps["link"], gaps["obstacle"], gaps["other_link"] = link, chains.chain[capsule], NO_LINK
     gaps["apart_m"], gaps["other_radius_m"] = apart_m[pair], chains.radius_m[capsule]
     gaps["on_link_m"], gaps["on_other_m"] = on_link[pair], on_chain[pair]
+    gaps["capsule"] = capsule
     gaps["foremost"] = distance_m[pair] < nearest_m[link, gaps["obstacle"]] + ALONGSIDE_M
     return gaps

@@ -28,12 +28,14 @@ def keep_out_of_obstacles(situation: Situation) -> Bounds:
     """Keep instruments out of every obstacle that `exemption` does not exempt.
 
     The distance to the margin shrinks by no more than a share of itself in a step. Within the
-    margin an instrument leaves by the shortest way. If it cannot leave, it goes no deeper.
+    margin an instrument leaves by the shortest way. If it cannot leave, it goes no deeper. It
+    leaves, or gives way, faster by the speed at which the obstacle comes nearer.
     """
     near, pairs = situation.near, np.flatnonzero(situation.kept_out)
     room = near.distance_m[pairs] - np.where(near.of(*STEADY)[pairs], MARGIN_M, TUBE_MARGIN_M)
     share = approach_share(situation.step_s, TIME_CONSTANT_S)
-    out = np.minimum(-share * room, situation.step_s * LEAVE_M_S)
+    still = np.minimum(-share * room, situation.step_s * LEAVE_M_S)
+    out = still + situation.step_s * situation.coming_m_s[pairs]
     leaves = np.flatnonzero(out > 0.0)
     lower = np.concatenate([np.minimum(out, 0.0), out[leaves]])
     pairs = np.concatenate([pairs, pairs[leaves]])

@@ -31,6 +31,7 @@ def pairs(*rows):
         names=obstacle,
         what=np.arange(n),
         foremost=np.ones(n, bool),
+        capsule=np.zeros(n, np.int32),
         within_m=ACTIVATION_M,
         others_m=np.full((N_LINK, N_LINK), ACTIVATION_M),
         links=link_cores(HOME, TOOLS, T_WORLD_RCM),
@@ -52,6 +53,7 @@ def situation(asked=HOME, start=HOME, near=(), **changes):
         "asked": asked,
         "near": near,
         "parting": np.eye(N_MOTION)[: len(near.arm)],  # each pair has its own joint
+        "coming_m_s": np.zeros(len(near.arm)),
         "tool_force_n": np.zeros((2, 3)),
         "pinch_n": 0.0,
         "shaft_offset_m": np.zeros(2),

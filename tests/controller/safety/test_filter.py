@@ -24,6 +24,7 @@ from controller.safety.limits.arms import (
     keep_outer_shafts_apart,
     limit_joint_speed,
 )
+from controller.safety.limits.keep_out import TUBE_MARGIN_M
 from controller.safety.obstacles import registered
 from controller.safety.proof import AT_RISK_M, DEEPER_M
 from controller.safety.seen_obstacles import ObstaclesSeen
@@ -291,6 +292,24 @@ def test_a_tool_that_is_in_a_keep_out_comes_out_the_shortest_way(world, field, o
     if not deeper_m:
         moved_m = np.linalg.norm(tips[3] - tips[0])
         assert distance_m[3] - distance_m[0] > 0.7 * moved_m
+
+
+def test_a_tool_at_rest_gives_way_to_an_artery_that_springs_towards_it(world, field):
+    start, _ = inside(world, field, "artery", -0.002)
+    world.arms.set_joints(start)
+    safety, seen = filter_of(world), world.observe()
+    near = field.model.near(start, world.arms.mounted, field.around, within_m=0.003)
+    out = near.normal[np.where(near.of("artery"), near.distance_m, np.inf).argmin()]
+    springs_m = 0.0005 * out @ seen.T_world_endoscope[:3, :3]
+    later = replace(
+        seen, time_s=seen.time_s + world.config.control_step_s, tubes_m=seen.tubes_m + springs_m
+    )
+    joints = [safety.allow(start, start, GRAB, now).joints for now in (seen, later)]
+    np.testing.assert_array_equal(joints[0], start)
+    field.around = ObstaclesSeen().follow(later)
+    held_m, away_m = (field.distance_m(at, "artery") for at in (start, joints[1]))
+    assert held_m > TUBE_MARGIN_M
+    assert away_m > held_m + 1e-4
 
 
 @pytest.mark.parametrize("depth_m", [0.001, 0.0, -0.00009, -0.000105, -0.0002])

@@ -176,6 +176,16 @@ def test_within_a_margin_it_moves_out_or_at_least_no_deeper(distance_m):
     assert tube.lower[1] >= firm.lower[1]
 
 
+@pytest.mark.parametrize("distance_m", [0.001, 0.4 * MARGIN_M, -0.003])
+def test_it_gives_way_to_what_comes_nearer_and_the_distance_shrinks_as_at_rest(distance_m):
+    near, speed_m_s = [(distance_m, RIGHT_ARM, "wrist", "common bile duct")], 0.012
+    still = keep_out_of_obstacles(situation(near=near))
+    coming = keep_out_of_obstacles(situation(near=near, coming_m_s=np.array([speed_m_s])))
+    np.testing.assert_array_equal(coming.gives, [False, True])
+    assert coming.lower[0] == 0.0  # the hard row can always be kept
+    assert coming.lower[1] - CONTROL_PERIOD_S * speed_m_s == pytest.approx(still.lower[-1])
+
+
 def test_an_arm_that_touches_tissue_beside_a_forbidden_tube_is_slow():
     touching = {"tool_force_n": np.array([[0.0, 0.2, 0.0], [0.0, 0.0, 0.0]])}
     beside = [(0.9 * BESIDE_M, RIGHT_ARM, "wrist", "duct")]
