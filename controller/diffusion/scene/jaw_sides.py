@@ -58,7 +58,7 @@ def lines_at_risk_m(now: dict[str, Tensor]) -> Tensor:
     """Return points (B, 10, 3) of the common bile duct, then of the hepatic artery, in order.
 
     Each line also passes under its branch's first point, which lies on the structure's wall. There
-    the branch draws the structure out, as in `controller.safety.seen_obstacles.trunk_line`.
+    the branch draws the structure out.
     """
     left = duct_is_left(now)[:, None, None]
     left_m, right_m, _ = now["tubes_m"].unbind(dim=1)
