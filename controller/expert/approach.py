@@ -15,6 +15,7 @@ from controller.expert.jaw_room import (
     hanging_room_m,
     holds_wall,
     sac_room_m,
+    sac_way_room_m,
     tube_room_m,
 )
 from controller.expert.motion import CLEARANCE_M, FIRM_ROOM_M, OFF_CENTRE_M, before
@@ -34,7 +35,8 @@ WIDER_RAD = 0.2  # no other tube within jaws that are opened wider by this; assu
 SAC_ROOM_M = 0.0004  # from the open jaws to the gallbladder; assumed
 TUBE_ROOM_M = 0.0012  # from the open jaws to another tube: the filter keeps 1 mm
 HANGING_ROOM_M = 0.0005  # from the open jaws to a cut tube that hangs; assumed
-ROOM_M = np.array([SAC_ROOM_M, FIRM_ROOM_M, TUBE_ROOM_M, HANGING_ROOM_M])
+SAC_WAY_ROOM_M = -0.001  # from the tips to the gallbladder, which is soft, on the way; assumed
+ROOM_M = np.array([SAC_ROOM_M, FIRM_ROOM_M, TUBE_ROOM_M, HANGING_ROOM_M, SAC_WAY_ROOM_M])
 SAC, FIRM = 0, 1  # places in `ROOM_M`
 STANDOFF_M = 0.020  # in front of the tool's target; assumed
 REACH_ROOM_RAD = 0.05  # to a joint's limit: the tissue moves while the arm approaches; assumed
@@ -149,7 +151,7 @@ def _lacking_m(
     on_wall: bool,
     approaches: Sequence[Approach],
 ) -> dict[Approach, Array]:
-    """Return how much room (4,) each approach lacks that catches this tube alone, m.
+    """Return how much room (5,) each approach lacks that catches this tube alone, m.
 
     The order is that of `ROOM_M`.
     """
@@ -168,7 +170,7 @@ def _lacking_m(
 def _rooms_m(
     world: World, tube: str, T_world_tool: Array, T_shut: Array, tool: str, opening_rad: float
 ) -> Array:
-    """Return the room (4,) to what `ROOM_M` lists, m, from jaws that open here and close there."""
+    """Return the room (5,) to what `ROOM_M` lists, m, from jaws that open here and close there."""
     return np.array(
         [
             sac_room_m(world, T_world_tool, tool, opening_rad),
@@ -179,6 +181,7 @@ def _rooms_m(
             ),
             tube_room_m(world, tube, T_world_tool, tool, opening_rad),
             hanging_room_m(world, tube, T_world_tool, tool, opening_rad),
+            sac_way_room_m(world, T_world_tool, tool, opening_rad),
         ]
     )
 

@@ -31,6 +31,16 @@ def sac_room_m(world: World, T_world_tool: Array, tool: str, opening_rad: float)
     return float(np.min(np.abs(y) - outer_face_m(tool, opening_rad, z), initial=np.inf))
 
 
+def sac_way_room_m(world: World, T_world_tool: Array, tool: str, opening_rad: float) -> float:
+    """Return the gap from the open tips to the gallbladder on the way back from a pose, m.
+
+    The way is straight along the tool. The gap is negative where the tips would dip into it.
+    """
+    y, z = _sac_beside_jaws(world, T_world_tool, tool, back_m=WAY_M[-1])
+    tip_m = outer_face_m(tool, opening_rad, np.zeros(1))
+    return float(np.min(np.abs(y) - tip_m, initial=np.inf))
+
+
 def side_of_sac(world: World, T_world_tool: Array, tool: str, opening_rad: float) -> float:
     """Return on which side of the jaws' middle plane most of the gallbladder in their way lies.
 
@@ -47,9 +57,15 @@ def axis_side(world: World, T_world_tool: Array) -> float:
     return float(np.sign(transform(inverse_pose(T_world_tool), axis)[:, 1].sum()))
 
 
-def _sac_beside_jaws(world: World, T_world_tool: Array, tool: str) -> tuple[Array, Array]:
-    """Return y and z (n,) in the tool frame of the gallbladder's vertices along the jaws, m."""
-    reach_m, width_m = INSTRUMENTS[tool].mouth_m
+def _sac_beside_jaws(
+    world: World, T_world_tool: Array, tool: str, back_m: float | None = None
+) -> tuple[Array, Array]:
+    """Return y and z (n,) in the tool frame of the gallbladder's vertices along the jaws, m.
+
+    They lie no farther behind the tips than `back_m`, by default than the jaws' mouth reaches.
+    """
+    mouth_m, width_m = INSTRUMENTS[tool].mouth_m
+    reach_m = mouth_m if back_m is None else back_m
     sac = world.tissue.positions()[world.organ.sac_rings.ravel()].astype(float)
     x, y, z = transform(inverse_pose(T_world_tool), sac).T
     along = (np.abs(x) < 0.5 * width_m + SAC_MARGIN_M) & (-reach_m < z) & (z < 0.0)
