@@ -14,6 +14,8 @@ from controller.expert.jaw_room import (
     firm_room_m,
     hanging_room_m,
     holds_wall,
+    liver_of,
+    liver_room_m,
     sac_room_m,
     sac_way_room_m,
     tube_room_m,
@@ -27,6 +29,7 @@ from tissue_sim.tools.instruments import INSTRUMENTS, Instrument
 from tissue_sim.tools.psm import JOINT_NAMES, joint_limits
 
 if TYPE_CHECKING:
+    from controller.safety.geometry.rigid_surface import SurfaceModel
     from tissue_sim.world import World
 
 NARROW_M, NARROW_OFF_M = 0.0010, 0.0007  # clearance and offset of jaws in narrow places; assumed
@@ -36,7 +39,9 @@ SAC_ROOM_M = 0.0004  # from the open jaws to the gallbladder; assumed
 TUBE_ROOM_M = 0.0012  # from the open jaws to another tube: the filter keeps 1 mm
 HANGING_ROOM_M = 0.0005  # from the open jaws to a cut tube that hangs; assumed
 SAC_WAY_ROOM_M = -0.001  # from the tips to the gallbladder, which is soft, on the way; assumed
-ROOM_M = np.array([SAC_ROOM_M, FIRM_ROOM_M, TUBE_ROOM_M, HANGING_ROOM_M, SAC_WAY_ROOM_M])
+ROOM_M = np.array(
+    [SAC_ROOM_M, FIRM_ROOM_M, TUBE_ROOM_M, HANGING_ROOM_M, SAC_WAY_ROOM_M, FIRM_ROOM_M]
+)
 SAC, FIRM = 0, 1  # places in `ROOM_M`
 STANDOFF_M = 0.020  # in front of the tool's target; assumed
 REACH_ROOM_RAD = 0.05  # to a joint's limit: the tissue moves while the arm approaches; assumed
@@ -151,7 +156,7 @@ def _lacking_m(
     on_wall: bool,
     approaches: Sequence[Approach],
 ) -> dict[Approach, Array]:
-    """Return how much room (5,) each approach lacks that catches this tube alone, m.
+    """Return how much room (6,) each approach lacks that catches this tube alone, m.
 
     The order is that of `ROOM_M`.
     """
@@ -163,14 +168,21 @@ def _lacking_m(
     shut = {a: pose(world, replace(a, off_centre_m=0.0)) for a in single}
     if not on_wall:
         single = [a for a in single if not holds_wall(world, shut[a], tool)] or single
-    rooms_m = {a: _rooms_m(world, tube, poses[a], shut[a], tool, rad[a]) for a in single}
+    liver = liver_of(world)
+    rooms_m = {a: _rooms_m(world, tube, liver, poses[a], shut[a], tool, rad[a]) for a in single}
     return {a: np.maximum(ROOM_M - room_m, 0.0) for a, room_m in rooms_m.items()}
 
 
 def _rooms_m(
-    world: World, tube: str, T_world_tool: Array, T_shut: Array, tool: str, opening_rad: float
+    world: World,
+    tube: str,
+    liver: SurfaceModel,
+    T_world_tool: Array,
+    T_shut: Array,
+    tool: str,
+    opening_rad: float,
 ) -> Array:
-    """Return the room (5,) to what `ROOM_M` lists, m, from jaws that open here and close there."""
+    """Return the room (6,) to what `ROOM_M` lists, m, from jaws that open here and close there."""
     return np.array(
         [
             sac_room_m(world, T_world_tool, tool, opening_rad),
@@ -182,6 +194,7 @@ def _rooms_m(
             tube_room_m(world, tube, T_world_tool, tool, opening_rad),
             hanging_room_m(world, tube, T_world_tool, tool, opening_rad),
             sac_way_room_m(world, T_world_tool, tool, opening_rad),
+            liver_room_m(liver, T_world_tool, tool, opening_rad),
         ]
     )
 

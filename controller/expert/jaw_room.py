@@ -8,7 +8,10 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from controller.expert.motion import before
+from controller.safety.geometry.gap import MM, Core
+from controller.safety.geometry.rigid_surface import SurfaceModel
 from controller.safety.jaws_seen import sac_within
+from controller.safety.obstacles import registered
 from tissue_sim.frames import Array, inverse_pose, transform
 from tissue_sim.patient.at_risk import AT_RISK
 from tissue_sim.patient.mesher import ring_radii_m, subdivide
@@ -96,6 +99,22 @@ def firm_room_m(world: World, T_world_tool: Array, tool: str, opening_rad: float
         for line, radius_m in (*lines, *_left_instrument(world))
     ]
     return min(gaps)
+
+
+def liver_of(world: World) -> SurfaceModel:
+    """Return the liver's surface at its present place."""
+    liver = SurfaceModel(registered(world).liver)
+    liver.move(world.body.offset_m)
+    return liver
+
+
+def liver_room_m(liver: SurfaceModel, T_world_tool: Array, tool: str, opening_rad: float) -> float:
+    """Return the gap from the open fingers' tips to the liver; negative if inside."""
+    thickness_m = INSTRUMENTS[tool].finger_half_thickness_m
+    side_m = float(outer_face_m(tool, opening_rad, np.zeros(1))[0]) - thickness_m
+    tips = [T_world_tool[:3, 3] + side * side_m * T_world_tool[:3, 1] for side in (-1.0, 1.0)]
+    gaps_mm = [liver.gap(Core(MM * np.stack([tip, tip]))).distance_mm for tip in tips]
+    return min(gaps_mm) / MM - thickness_m
 
 
 def tube_room_m(

@@ -14,11 +14,13 @@ from controller.expert.approach import SAC_ROOM_M, STANDOFF_M, TUBE_ROOM_M, clea
 from controller.expert.jaw_room import (
     catches_another,
     holds_wall,
+    liver_of,
+    liver_room_m,
     outer_face_m,
     sac_room_m,
     tube_room_m,
 )
-from controller.expert.motion import PHASE_MAX_S, Goal, before, distance
+from controller.expert.motion import FIRM_ROOM_M, PHASE_MAX_S, Goal, before, distance
 from controller.expert.targets import (
     belongs_here,
     clip_pose,
@@ -270,6 +272,15 @@ def _close_on(
         goal=lambda w, start: traction.part(w, start, tube, target(w), tool),
         done=lambda w, time_s: parted(w) or traction.has_drawn(w, tube, time_s),
     )
+    def off_liver(world: World) -> bool:
+        return liver_room_m(liver_of(world), target(world), tool, opening) > FIRM_ROOM_M
+
+    lift = Phase(
+        name="lift the tube off the liver",
+        arm=LEFT_ARM,
+        goal=traction.lift,
+        done=lambda w, time_s: off_liver(w) or traction.has_lifted(w, tube, time_s),
+    )
     ease = Phase(name="ease the pull", arm=LEFT_ARM, goal=traction.ease, done=traction.eased)
     stand = go_to(arm, "in front of the tube", lambda w: before(target(w), STANDOFF_M), opening)
     astride = go_to(
@@ -281,6 +292,7 @@ def _close_on(
     covered = sac_room_m(world, target(world), tool, opening) <= SAC_ROOM_M
     covered |= not on_wall and holds_wall(world, target(world, 0.0), tool)
     aside = (expose,) if covered else () if parted(world) else (part,)
+    aside = aside if off_liver(world) else (lift, *aside)
     ready = (draw, *aside, *((ease,) if aside or not traction.eased(world, 0.0) else ()))
     return _from_outside(arm, (*ready, stand, astride, shut, stay(arm)), opening, world)
 

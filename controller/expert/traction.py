@@ -111,6 +111,18 @@ def has_drawn(world: World, tube: str, time_s: float) -> bool:
     return not (held and free) or time_s > DRAW_MAX_S
 
 
+def lift(world: World, start: Array) -> Goal:
+    """Return a step of the grasper that lifts the tubes off the liver."""
+    return _towards(world, start, -AWAY)
+
+
+def has_lifted(world: World, tube: str, time_s: float) -> bool:
+    """Return whether the grasper may lift the gallbladder no further."""
+    held = gallbladder_held(world) and not tube_severed(world, tube)
+    free = world.record.grasp.traction_n < PULL_MAX_N and not is_drawn_out(world)
+    return not (held and free) or time_s > DRAW_MAX_S
+
+
 def ease(world: World, start: Array) -> Goal:
     """Return a step of the grasper that slackens the tube that is stretched the most."""
     if eased(world, 0.0):
