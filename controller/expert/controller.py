@@ -11,7 +11,8 @@ from typing import TYPE_CHECKING
 from controller.action import Chunk
 from controller.expert.corrections import correcting
 from controller.expert.motion import Goal, chunk_towards
-from controller.expert.skills import Phase, lacks_clip, skill
+from controller.expert.phase import Phase
+from controller.expert.skills import lacks_clip, skill
 from planner.instruction import Instruction
 from planner.policy_setup import PolicySetup, privileged
 from planner.procedure.task import Task

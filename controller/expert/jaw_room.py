@@ -39,7 +39,7 @@ def sac_way_room_m(world: World, T_world_tool: Array, tool: str, opening_rad: fl
 
     The way is straight along the tool. The gap is negative where the tips would dip into it.
     """
-    y, z = _sac_beside_jaws(world, T_world_tool, tool, back_m=WAY_M[-1])
+    y, _ = _sac_beside_jaws(world, T_world_tool, tool, back_m=WAY_M[-1])
     tip_m = outer_face_m(tool, opening_rad, np.zeros(1))
     return float(np.min(np.abs(y) - tip_m, initial=np.inf))
 

@@ -3,24 +3,17 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
 from functools import partial
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from controller.expert import traction
-from controller.expert.approach import SAC_ROOM_M, STANDOFF_M, TUBE_ROOM_M, clear_approach
-from controller.expert.jaw_room import (
-    catches_another,
-    holds_wall,
-    liver_of,
-    liver_room_m,
-    outer_face_m,
-    sac_room_m,
-    tube_room_m,
-)
-from controller.expert.motion import FIRM_ROOM_M, PHASE_MAX_S, Goal, before, distance
+from controller.expert.approach import STANDOFF_M, clear_approach
+from controller.expert.exposure import Place, exposing
+from controller.expert.jaw_room import catches_another, outer_face_m
+from controller.expert.motion import PHASE_MAX_S, Goal, before, distance
+from controller.expert.phase import Phase, stay
 from controller.expert.targets import (
     belongs_here,
     clip_pose,
@@ -41,10 +34,7 @@ from tissue_sim.outcome.predicates import (
     right_arm_back,
 )
 from tissue_sim.surgery.abuses import stab_m
-from tissue_sim.thresholds import (
-    HELD_PINCH_N,
-    RETRACTED_M,
-)
+from tissue_sim.thresholds import HELD_PINCH_N, RETRACTED_M
 from tissue_sim.tools.arms import LEFT_ARM, RIGHT_ARM
 from tissue_sim.tools.instruments import INSTRUMENTS
 from tissue_sim.tools.psm import JOINT_NAMES, forward_kinematics
@@ -65,30 +55,11 @@ BACK_M = RETRACTED_M + 0.004  # observations err: where just enough is shown, a 
 BESIDE_M = 0.008  # of the jaws' middle line: wider than their opening
 ARRIVED_M, ARRIVED_RAD = 0.0004, 0.06
 ASTRIDE_M, ASTRIDE_RAD = 0.003, 0.3  # so near its place a tool need not come out first; assumed
-WALL_SPARE_M = 0.0004  # by which the gallbladder's wall is drawn out of the jaws' way; assumed
 INSERTION = JOINT_NAMES.index("insertion")
 STAB_MAX_M = 0.002  # the right fingers push no deeper into the gallbladder
 JAW_TIME_S, CLOSE_MAX_S = 1.0, 3.0
 SNAG_N, NARROW_RAD = 1.0, 0.1  # below the force of an injury; assumed
 HELD_OFF_S = 5.0  # beside its place, by the filter; then the jaws close if that is where they may
-
-
-@dataclass(frozen=True, kw_only=True)
-class Phase:
-    """One part of a skill: the goal of the working arm, and the condition of its arrival.
-
-    Attributes:
-        name: Name for a person to read.
-        arm: The arm that works; the other arm holds still.
-        goal: Function from the present world, and from the tool's pose at the phase's start, to the
-            goal.
-        done: Function from the world and the time in this phase (s) to whether the phase is over.
-    """
-
-    name: str
-    arm: int
-    goal: Callable[[World, Array], Goal]
-    done: Callable[[World, float], bool]
 
 
 def skill(task: Task, world: World, attempt: int = 0) -> tuple[Phase, ...]:
@@ -237,14 +208,6 @@ def _close_on(
     def target(world: World, open_share: float = 1.0) -> Array:
         return pose(world, approach=approach.closing(open_share, radius_m))
 
-    def exposed(world: World, time_s: float) -> bool:
-        on_way = not on_wall and holds_wall(world, target(world, 0.0), tool, WALL_SPARE_M)
-        free = not on_way and sac_room_m(world, target(world), tool, opening) > SAC_ROOM_M
-        return free or traction.has_drawn(world, tube, time_s)
-
-    def parted(world: World) -> bool:
-        return tube_room_m(world, tube, target(world), tool, opening) > TUBE_ROOM_M
-
     def close(world: World, start: Array) -> Goal:
         T, jaw_rad = world.arms.T_world_tool()[arm], float(world.arms.joints[arm, 6])
         if catches_another(world, tube, T, tool, jaw_rad):
@@ -254,34 +217,6 @@ def _close_on(
         goal_pose = None if traction.is_drawn_out(world) else follows
         return Goal(T_world_tool=goal_pose, jaw_rad=shut_rad, speed_m_s=NEAR_SPEED_M_S)
 
-    draw = Phase(
-        name="draw the tube straight",
-        arm=LEFT_ARM,
-        goal=partial(traction.draw, tube),
-        done=partial(traction.drawn, tube),
-    )
-    expose = Phase(
-        name="draw the gallbladder aside",
-        arm=LEFT_ARM,
-        goal=lambda w, start: traction.aside(w, start, target(w), tool, opening),
-        done=exposed,
-    )
-    part = Phase(
-        name="part the tube from others",
-        arm=LEFT_ARM,
-        goal=lambda w, start: traction.part(w, start, tube, target(w), tool),
-        done=lambda w, time_s: parted(w) or traction.has_drawn(w, tube, time_s),
-    )
-    def off_liver(world: World) -> bool:
-        return liver_room_m(liver_of(world), target(world), tool, opening) > FIRM_ROOM_M
-
-    lift = Phase(
-        name="lift the tube off the liver",
-        arm=LEFT_ARM,
-        goal=traction.lift,
-        done=lambda w, time_s: off_liver(w) or traction.has_lifted(w, tube, time_s),
-    )
-    ease = Phase(name="ease the pull", arm=LEFT_ARM, goal=traction.ease, done=traction.eased)
     stand = go_to(arm, "in front of the tube", lambda w: before(target(w), STANDOFF_M), opening)
     astride = go_to(
         arm, "astride the tube", target, opening, speed_m_s=NEAR_SPEED_M_S, most_s=HELD_OFF_S
@@ -289,11 +224,8 @@ def _close_on(
     shut = Phase(name="close where it belongs", arm=arm, goal=close, done=_snapped)
     if _is_astride(world, tube, target(world), tool):
         return astride, shut, stay(arm)
-    covered = sac_room_m(world, target(world), tool, opening) <= SAC_ROOM_M
-    covered |= not on_wall and holds_wall(world, target(world, 0.0), tool)
-    aside = (expose,) if covered else () if parted(world) else (part,)
-    aside = aside if off_liver(world) else (lift, *aside)
-    ready = (draw, *aside, *((ease,) if aside or not traction.eased(world, 0.0) else ()))
+    place = Place(tube=tube, tool=tool, opening_rad=opening, on_wall=on_wall, target=target)
+    ready = exposing(world, place)
     return _from_outside(arm, (*ready, stand, astride, shut, stay(arm)), opening, world)
 
 
@@ -390,11 +322,6 @@ def go_to(
 
 def _snapped(world: World, time_s: float) -> bool:
     return not world.record.jaws_opened or time_s > CLOSE_MAX_S
-
-
-def stay(arm: int) -> Phase:
-    """Return a phase that never ends, in which an arm holds still."""
-    return Phase(name="stay", arm=arm, goal=lambda *_: Goal(), done=lambda *_: False)
 
 
 def _holds_well(world: World) -> bool:

@@ -25,6 +25,7 @@ if TYPE_CHECKING:
 GRASP_RING = 6  # the top of the infundibulum, 15 mm above the neck, or lower on a wide sac
 GRASPED_M = 0.0112  # largest radius that the jaws hold firmly when they have closed; measured
 GRASP_BEYOND_M = 0.004  # how far the tips reach beyond the radius' middle behind the axis; assumed
+SHORT_BEYOND_M = 0.0015  # the same before a second artery, which enters behind the axis; assumed
 GRASP_OPEN_RAD, GRASP_ROOM_M = (
     1.0,
     0.0026,
@@ -40,12 +41,17 @@ LIFT = 0.35  # share of the pull towards the endoscope, off the liver; assumed
 
 
 def grasp_pose(world: World) -> Array:
-    """Return `T_world_tool` of the grasper astride the infundibulum."""
+    """Return `T_world_tool` of the grasper astride the infundibulum.
+
+    The tips reach less far where a second artery enters the gallbladder between them: they would
+    close on the artery's end, and stand where its last clip belongs.
+    """
     k, radius_m = grasped_ring(world)
     axis = world.tissue.positions()[world.organ.sac_rings[:, 0]].astype(float)
     along = unit(axis[k + 1] - axis[k - 1])
     approach = np.cos(LEFT_SLANT_RAD) * AWAY + np.sin(LEFT_SLANT_RAD) * RIGHT
-    return astride(axis[k], along, approach, beyond_m=0.5 * radius_m + GRASP_BEYOND_M)
+    further_m = SHORT_BEYOND_M if "second artery" in world.organ.tubes else GRASP_BEYOND_M
+    return astride(axis[k], along, approach, beyond_m=0.5 * radius_m + further_m)
 
 
 def grasp_opening_rad(world: World) -> float:

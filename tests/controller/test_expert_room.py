@@ -3,11 +3,26 @@
 import numpy as np
 import pytest
 
-from controller.expert.jaw_room import WAY_M, hanging_room_m, tube_room_m
+from controller.expert.jaw_room import (
+    WAY_M,
+    hanging_room_m,
+    liver_of,
+    liver_room_m,
+    sac_room_m,
+    sac_way_room_m,
+    tube_room_m,
+)
+from controller.expert.targets import clip_pose
+from controller.kinematics import inverse_kinematics
+from controller.safety.geometry.collision import CollisionModel
+from controller.safety.geometry.link_cores import FINGERS
+from controller.safety.obstacles import LIVER, registered, surroundings_of
 from tests.tissue_sim.verification.bodies import astride
 from tests.worlds import textbook_world
+from tissue_sim.frames import inverse_pose
 from tissue_sim.surgery.parting import part_ring
-from tissue_sim.tools.instruments import CLIP_APPLIER
+from tissue_sim.tools.arms import RIGHT_ARM
+from tissue_sim.tools.instruments import CLIP_APPLIER, INSTRUMENTS
 
 OPENING_RAD = 0.15
 
@@ -45,3 +60,31 @@ def test_the_end_that_hangs_on_the_gallbladder_counts_apart(world):
         T = astride(world.tubes, "duct", share * length_m, beyond_m=0.0)
         gap_m = hanging_room_m(world, "artery", T, CLIP_APPLIER, OPENING_RAD)
         assert (gap_m < 0.0015) == near
+
+
+def test_the_liver_is_as_far_from_the_tips_as_the_filter_sees_it(world):
+    """Compare with the filter's own distance of the right fingers to the liver."""
+    model = CollisionModel(registered(world), world.arms.T_world_rcm)
+    T = clip_pose(world, "artery", 2)
+    joints, applier = world.target.copy(), INSTRUMENTS[CLIP_APPLIER]
+    T_rcm_tool = inverse_pose(world.arms.T_world_rcm[RIGHT_ARM]) @ T
+    joints[RIGHT_ARM, :6] = inverse_kinematics(T_rcm_tool, applier, joints[RIGHT_ARM, :6])
+    joints[RIGHT_ARM, 6] = OPENING_RAD
+    near = model.near(joints, world.arms.mounted, surroundings_of(world), within_m=0.05)
+    chosen = near.of(LIVER) & (near.arm == RIGHT_ARM) & np.isin(near.link, FINGERS)
+    room_m = liver_room_m(liver_of(world), T, CLIP_APPLIER, OPENING_RAD)
+    assert near.distance_m[chosen].min() == pytest.approx(room_m, abs=1e-3)
+    inside, bed = T.copy(), world.organ.bed
+    inside[:3, 3] = bed.point_m + (bed.edge_m + 0.05) * bed.along - 0.01 * bed.normal
+    assert liver_room_m(liver_of(world), inside, CLIP_APPLIER, OPENING_RAD) < -0.005
+
+
+def test_a_way_back_through_the_gallbladder_lacks_room_where_the_place_itself_has_it(world):
+    """The tips stand beyond the infundibulum, which lies behind them where they go back."""
+    axis = world.tissue.positions()[world.organ.sac_rings[:, 0]].astype(float)
+    T = clip_pose(world, "artery", 2)
+    assert sac_way_room_m(world, T, CLIP_APPLIER, OPENING_RAD) > -0.001
+    beyond = T.copy()
+    beyond[:3, 3] = axis[3] + 0.015 * T[:3, 2]
+    assert sac_room_m(world, beyond, CLIP_APPLIER, OPENING_RAD) > 0.0
+    assert sac_way_room_m(world, beyond, CLIP_APPLIER, OPENING_RAD) < -0.001

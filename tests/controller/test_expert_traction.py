@@ -1,13 +1,23 @@
 """Tests of the grasper's pulls: no tube is drawn too far, and nothing is pressed into the liver."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
 from controller.expert import traction
 from controller.expert.jaw_room import side_of_tubes
-from controller.expert.targets import clip_pose
+from controller.expert.targets import (
+    GRASP_BEYOND_M,
+    SHORT_BEYOND_M,
+    clip_pose,
+    grasp_pose,
+    grasped_ring,
+)
 from tests.worlds import textbook_world
-from tissue_sim.frames import AWAY, LEFT, RIGHT, Array, unit
+from tissue_sim.frames import AWAY, LEFT, RIGHT, Array, inverse_pose, transform, unit
+from tissue_sim.patient.textbook import textbook_from_seed
+from tissue_sim.patient.variants import variant
 from tissue_sim.tools.arms import LEFT_ARM
 from tissue_sim.tools.instruments import CLIP_APPLIER
 from tissue_sim.world import World
@@ -53,3 +63,23 @@ def test_the_nearest_tube_is_found_on_its_side_of_the_jaws(world: World) -> None
     turned[:3, :2] *= -1.0
     assert side_of_tubes(world, "duct", turned, CLIP_APPLIER) == -np.sign(artery @ T[:3, 1])
     assert artery @ LEFT < 0.0
+
+
+def test_a_lift_draws_off_the_liver_until_a_tube_is_drawn_out(world: World) -> None:
+    here = world.arms.T_world_tool()[LEFT_ARM]
+    goal = traction.lift(world, here).T_world_tool
+    assert goal is not None
+    np.testing.assert_allclose(goal[:3, 3] - here[:3, 3], -traction.PULL_STEP_M * AWAY, atol=1e-9)
+    assert traction.has_lifted(world, "duct", 0.0)  # the grasper holds nothing
+
+
+def test_the_grasper_stays_off_the_end_of_a_second_artery() -> None:
+    """The tips reach less far: the artery enters the gallbladder behind its axis."""
+    two = variant("two-arteries", textbook_from_seed(10_004))
+    reach_m = []
+    for anatomy in (replace(two, second_artery=None), two):
+        world = World()
+        world.reset(anatomy)
+        axis = world.tissue.positions()[world.organ.sac_rings[:, 0]].astype(float)
+        reach_m.append(transform(inverse_pose(grasp_pose(world)), axis)[grasped_ring(world)[0], 2])
+    assert reach_m[1] - reach_m[0] == pytest.approx(GRASP_BEYOND_M - SHORT_BEYOND_M, abs=5e-4)

@@ -1,0 +1,110 @@
+"""Make room for the right jaws at their place on a tube: phases of the grasper. Privileged."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+from functools import partial
+from typing import TYPE_CHECKING
+
+from controller.expert import traction
+from controller.expert.approach import SAC_ROOM_M, TUBE_ROOM_M
+from controller.expert.jaw_room import (
+    holds_wall,
+    liver_of,
+    liver_room_m,
+    sac_room_m,
+    tube_room_m,
+)
+from controller.expert.motion import FIRM_ROOM_M, Goal
+from controller.expert.phase import Phase
+from tissue_sim.frames import Array
+from tissue_sim.tools.arms import LEFT_ARM
+
+if TYPE_CHECKING:
+    from tissue_sim.world import World
+
+WALL_SPARE_M = 0.0004  # by which the gallbladder's wall is drawn out of the jaws' way; assumed
+
+
+@dataclass(frozen=True, kw_only=True)
+class Place:
+    """The place on a tube where the right jaws are to close, and how open they come there.
+
+    Attributes:
+        tube: The tube.
+        tool: The right tool.
+        opening_rad: Opening of the jaws on their way.
+        on_wall: Whether the jaws may close on the gallbladder's wall, too.
+        target: Function from the world, and the jaws' opening over that on their way, to the goal.
+    """
+
+    tube: str
+    tool: str
+    opening_rad: float
+    on_wall: bool
+    target: Callable[..., Array]
+
+    def is_free(self, world: World, spare_m: float = 0.0) -> bool:
+        """Return whether the gallbladder leaves the open jaws room, and the closed ones this."""
+        if not self.on_wall and holds_wall(world, self.target(world, 0.0), self.tool, spare_m):
+            return False
+        return sac_room_m(world, self.target(world), self.tool, self.opening_rad) > SAC_ROOM_M
+
+    def is_parted(self, world: World) -> bool:
+        """Return whether other tubes leave the open jaws enough room."""
+        T = self.target(world)
+        return tube_room_m(world, self.tube, T, self.tool, self.opening_rad) > TUBE_ROOM_M
+
+    def is_off_liver(self, world: World) -> bool:
+        """Return whether the filter would let the open jaws' tips come there, above the liver."""
+        T = self.target(world)
+        return liver_room_m(liver_of(world), T, self.tool, self.opening_rad) > FIRM_ROOM_M
+
+
+def exposing(world: World, place: Place) -> Iterator[Phase]:
+    """Yield phases of the grasper that make room at a place; the last one eases the pull."""
+    tube = place.tube
+    yield _phase(
+        "draw the tube straight",
+        partial(traction.draw, tube),
+        partial(traction.drawn, tube),
+    )
+    room = [phase for phase in (_lift(place, world), _aside(place, world)) if phase]
+    yield from room
+    if room or not traction.eased(world, 0.0):
+        yield _phase("ease the pull", traction.ease, traction.eased)
+
+
+def _lift(place: Place, world: World) -> Phase | None:
+    if place.is_off_liver(world):
+        return None
+    return _phase(
+        "lift the tube off the liver",
+        traction.lift,
+        lambda w, time_s: place.is_off_liver(w) or traction.has_lifted(w, place.tube, time_s),
+    )
+
+
+def _aside(place: Place, world: World) -> Phase | None:
+    """Return the phase that draws aside what covers the place, or lies beside it; None: nothing."""
+    tube, tool = place.tube, place.tool
+    if not place.is_free(world):
+        return _phase(
+            "draw the gallbladder aside",
+            lambda w, start: traction.aside(w, start, place.target(w), tool, place.opening_rad),
+            lambda w, time_s: place.is_free(w, WALL_SPARE_M) or traction.has_drawn(w, tube, time_s),
+        )
+    if not place.is_parted(world):
+        return _phase(
+            "part the tube from others",
+            lambda w, start: traction.part(w, start, tube, place.target(w), tool),
+            lambda w, time_s: place.is_parted(w) or traction.has_drawn(w, tube, time_s),
+        )
+    return None
+
+
+def _phase(
+    name: str, goal: Callable[[World, Array], Goal], done: Callable[[World, float], bool]
+) -> Phase:
+    return Phase(name=name, arm=LEFT_ARM, goal=goal, done=done)
