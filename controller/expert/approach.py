@@ -19,6 +19,7 @@ from controller.expert.jaw_room import (
     sac_room_m,
     sac_way_room_m,
     tube_room_m,
+    wrist_room_m,
 )
 from controller.expert.motion import CLEARANCE_M, FIRM_ROOM_M, OFF_CENTRE_M, before
 from controller.kinematics import Unreachable, inverse_kinematics
@@ -40,7 +41,7 @@ TUBE_ROOM_M = 0.0012  # from the open jaws to another tube: the filter keeps 1 m
 HANGING_ROOM_M = 0.0005  # from the open jaws to a cut tube that hangs; assumed
 SAC_WAY_ROOM_M = -0.001  # from the tips to the gallbladder, which is soft, on the way; assumed
 ROOM_M = np.array(
-    [SAC_ROOM_M, FIRM_ROOM_M, TUBE_ROOM_M, HANGING_ROOM_M, SAC_WAY_ROOM_M, FIRM_ROOM_M]
+    [SAC_ROOM_M, FIRM_ROOM_M, TUBE_ROOM_M, HANGING_ROOM_M, SAC_WAY_ROOM_M, FIRM_ROOM_M, FIRM_ROOM_M]
 )
 SAC, FIRM = 0, 1  # places in `ROOM_M`
 STANDOFF_M = 0.020  # in front of the tool's target; assumed
@@ -156,7 +157,7 @@ def _lacking_m(
     on_wall: bool,
     approaches: Sequence[Approach],
 ) -> dict[Approach, Array]:
-    """Return how much room (6,) each approach lacks that catches this tube alone, m.
+    """Return how much room (7,) each approach lacks that catches this tube alone, m.
 
     The order is that of `ROOM_M`.
     """
@@ -182,7 +183,7 @@ def _rooms_m(
     tool: str,
     opening_rad: float,
 ) -> Array:
-    """Return the room (6,) to what `ROOM_M` lists, m, from jaws that open here and close there."""
+    """Return the room (7,) to what `ROOM_M` lists, m, from jaws that open here and close there."""
     return np.array(
         [
             sac_room_m(world, T_world_tool, tool, opening_rad),
@@ -195,6 +196,7 @@ def _rooms_m(
             hanging_room_m(world, tube, T_world_tool, tool, opening_rad),
             sac_way_room_m(world, T_world_tool, tool, opening_rad),
             liver_room_m(liver, T_world_tool, tool, opening_rad),
+            wrist_room_m(world, tube, T_world_tool, tool),
         ]
     )
 

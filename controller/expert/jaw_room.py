@@ -11,12 +11,19 @@ from controller.expert.motion import before
 from controller.safety.geometry.gap import MM, Core
 from controller.safety.geometry.rigid_surface import SurfaceModel
 from controller.safety.jaws_seen import sac_within
+from controller.safety.limits.keep_out import MARGIN_M, TUBE_MARGIN_M
 from controller.safety.obstacles import registered
-from tissue_sim.frames import Array, inverse_pose, transform
+from tissue_sim.frames import Array, inverse_pose, transform, unit
 from tissue_sim.patient.at_risk import AT_RISK
 from tissue_sim.patient.mesher import ring_radii_m, subdivide
 from tissue_sim.sensing.observation import SAC_POINTS
-from tissue_sim.tools.instruments import INSTRUMENTS, PATCH_LINKS
+from tissue_sim.tools.arms import RIGHT_ARM
+from tissue_sim.tools.instruments import (
+    INSTRUMENTS,
+    PATCH_LINKS,
+    SHAFT_RADIUS_M,
+    WRIST_RADIUS_M,
+)
 
 if TYPE_CHECKING:
     from tissue_sim.world import World
@@ -25,6 +32,8 @@ LINE_PARTS = 5  # between rings of a structure at risk
 SAC_MARGIN_M = 0.002  # to either side of the jaws: the gallbladder's vertices lie this far apart
 ARM_PARTS = 40  # sample points along each link of the left instrument
 WAY_M = (0.0, 0.005, 0.010, 0.015, 0.020)  # back from a pose, where room for the jaws is checked
+BEHIND_PARTS, SHAFT_M = 9, 0.02  # sample points of the wrist, and of this much of the shaft
+SOFTER_M = TUBE_MARGIN_M - MARGIN_M  # which the filter keeps more from a tube
 N_LINK = len(PATCH_LINKS)
 
 
@@ -91,14 +100,46 @@ def firm_room_m(world: World, T_world_tool: Array, tool: str, opening_rad: float
 
     Firm obstacles are the structures at risk and the left instrument.
     """
-    lines = [
-        (subdivide(world.tubes.centres(t), LINE_PARTS), world.tubes.radius_m(t)) for t in AT_RISK
-    ]
     gaps = [
         _gap_m(transform(inverse_pose(T_world_tool), line), tool, opening_rad) - radius_m
-        for line, radius_m in (*lines, *_left_instrument(world))
+        for line, radius_m in (*_at_risk(world), *_left_instrument(world))
     ]
     return min(gaps)
+
+
+def _at_risk(world: World) -> Iterator[tuple[Array, float]]:
+    """Yield finely spaced points (n, 3), world frame, and radii of the structures at risk."""
+    for name in AT_RISK:
+        yield subdivide(world.tubes.centres(name), LINE_PARTS), world.tubes.radius_m(name)
+
+
+def wrist_room_m(world: World, tube: str, T_world_tool: Array, tool: str) -> float:
+    """Return the least gap from wrist and shaft to firm obstacles and other tubes, m.
+
+    A tube counts as nearer, by what the filter keeps more from it than from firm obstacles.
+    """
+    tubes = [(p, world.tubes.radius_m(t) + SOFTER_M) for t, p in _in_body(world, tube).items()]
+    lines = [*_at_risk(world), *_left_instrument(world), *tubes]
+    return min(
+        float(np.linalg.norm(behind_m[:, None] - line_m, axis=2).min()) - thick_m - radius_m
+        for behind_m, thick_m in _behind_jaws(world, T_world_tool, tool)
+        for line_m, radius_m in lines
+    )
+
+
+def _behind_jaws(world: World, T_world_tool: Array, tool: str) -> Iterator[tuple[Array, float]]:
+    """Yield lines (n, 3), world frame, and radii of the right wrist and the shaft's near part.
+
+    The wrist lies in one plane with the shaft, square to the yaw axis (`controller/kinematics.py`).
+    """
+    share, port_m = np.linspace(0.0, 1.0, BEHIND_PARTS)[:, None], world.arms.T_world_rcm[RIGHT_ARM]
+    x, z = T_world_tool[:3, 0], T_world_tool[:3, 2]
+    yaw_m = T_world_tool[:3, 3] - INSTRUMENTS[tool].yaw_to_tip_m * z
+    inward = yaw_m - port_m[:3, 3]
+    wrist = -INSTRUMENTS[tool].pitch_to_yaw_m * unit(inward - (inward @ x) * x)
+    yield yaw_m + share * wrist, WRIST_RADIUS_M
+    shaft = -SHAFT_M * unit(inward + wrist)
+    yield yaw_m + wrist + share * shaft, SHAFT_RADIUS_M
 
 
 def liver_of(world: World) -> SurfaceModel:
