@@ -9,17 +9,15 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from controller.expert.arm_room import Around, around, liver_room_m, wrist_room_m
 from controller.expert.jaw_room import (
     catches_another,
     firm_room_m,
     hanging_room_m,
     holds_wall,
-    liver_of,
-    liver_room_m,
     sac_room_m,
     sac_way_room_m,
     tube_room_m,
-    wrist_room_m,
 )
 from controller.expert.motion import CLEARANCE_M, FIRM_ROOM_M, OFF_CENTRE_M, before
 from controller.kinematics import Unreachable, inverse_kinematics
@@ -30,7 +28,6 @@ from tissue_sim.tools.instruments import INSTRUMENTS, Instrument
 from tissue_sim.tools.psm import JOINT_NAMES, joint_limits
 
 if TYPE_CHECKING:
-    from controller.safety.geometry.rigid_surface import SurfaceModel
     from tissue_sim.world import World
 
 NARROW_M, NARROW_OFF_M = 0.0010, 0.0007  # clearance and offset of jaws in narrow places; assumed
@@ -169,15 +166,15 @@ def _lacking_m(
     shut = {a: pose(world, replace(a, off_centre_m=0.0)) for a in single}
     if not on_wall:
         single = [a for a in single if not holds_wall(world, shut[a], tool)] or single
-    liver = liver_of(world)
-    rooms_m = {a: _rooms_m(world, tube, liver, poses[a], shut[a], tool, rad[a]) for a in single}
+    near = around(world, tube)
+    rooms_m = {a: _rooms_m(world, tube, near, poses[a], shut[a], tool, rad[a]) for a in single}
     return {a: np.maximum(ROOM_M - room_m, 0.0) for a, room_m in rooms_m.items()}
 
 
 def _rooms_m(
     world: World,
     tube: str,
-    liver: SurfaceModel,
+    near: Around,
     T_world_tool: Array,
     T_shut: Array,
     tool: str,
@@ -195,8 +192,8 @@ def _rooms_m(
             tube_room_m(world, tube, T_world_tool, tool, opening_rad),
             hanging_room_m(world, tube, T_world_tool, tool, opening_rad),
             sac_way_room_m(world, T_world_tool, tool, opening_rad),
-            liver_room_m(liver, T_world_tool, tool, opening_rad),
-            wrist_room_m(world, tube, T_world_tool, tool),
+            liver_room_m(near.liver, T_world_tool, tool, opening_rad),
+            wrist_room_m(near, T_world_tool, tool),
         ]
     )
 

@@ -9,13 +9,8 @@ from typing import TYPE_CHECKING
 
 from controller.expert import traction
 from controller.expert.approach import SAC_ROOM_M, TUBE_ROOM_M
-from controller.expert.jaw_room import (
-    holds_wall,
-    liver_of,
-    liver_room_m,
-    sac_room_m,
-    tube_room_m,
-)
+from controller.expert.arm_room import liver_of, liver_room_m
+from controller.expert.jaw_room import holds_wall, sac_room_m, tube_room_m
 from controller.expert.motion import FIRM_ROOM_M, Goal
 from controller.expert.phase import Phase
 from tissue_sim.frames import Array

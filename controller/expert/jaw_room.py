@@ -8,22 +8,12 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from controller.expert.motion import before
-from controller.safety.geometry.gap import MM, Core
-from controller.safety.geometry.rigid_surface import SurfaceModel
 from controller.safety.jaws_seen import sac_within
-from controller.safety.limits.keep_out import MARGIN_M, TUBE_MARGIN_M
-from controller.safety.obstacles import registered
-from tissue_sim.frames import Array, inverse_pose, transform, unit
+from tissue_sim.frames import Array, inverse_pose, transform
 from tissue_sim.patient.at_risk import AT_RISK
 from tissue_sim.patient.mesher import ring_radii_m, subdivide
 from tissue_sim.sensing.observation import SAC_POINTS
-from tissue_sim.tools.arms import RIGHT_ARM
-from tissue_sim.tools.instruments import (
-    INSTRUMENTS,
-    PATCH_LINKS,
-    SHAFT_RADIUS_M,
-    WRIST_RADIUS_M,
-)
+from tissue_sim.tools.instruments import INSTRUMENTS, PATCH_LINKS
 
 if TYPE_CHECKING:
     from tissue_sim.world import World
@@ -32,8 +22,6 @@ LINE_PARTS = 5  # between rings of a structure at risk
 SAC_MARGIN_M = 0.002  # to either side of the jaws: the gallbladder's vertices lie this far apart
 ARM_PARTS = 40  # sample points along each link of the left instrument
 WAY_M = (0.0, 0.005, 0.010, 0.015, 0.020)  # back from a pose, where room for the jaws is checked
-BEHIND_PARTS, SHAFT_M = 9, 0.02  # sample points of the wrist, and of this much of the shaft
-SOFTER_M = TUBE_MARGIN_M - MARGIN_M  # which the filter keeps more from a tube
 N_LINK = len(PATCH_LINKS)
 
 
@@ -96,66 +84,22 @@ def holds_wall(world: World, T_world_tool: Array, tool: str, spare_m: float = 0.
 
 
 def firm_room_m(world: World, T_world_tool: Array, tool: str, opening_rad: float) -> float:
-    """Return the gap from the open jaws' fingers to firm obstacles; negative if inside.
-
-    Firm obstacles are the structures at risk and the left instrument.
-    """
+    """Return the gap from the open jaws' fingers to firm obstacles; negative if inside."""
     gaps = [
         _gap_m(transform(inverse_pose(T_world_tool), line), tool, opening_rad) - radius_m
-        for line, radius_m in (*_at_risk(world), *_left_instrument(world))
+        for line, radius_m in firm_lines(world)
     ]
     return min(gaps)
 
 
-def _at_risk(world: World) -> Iterator[tuple[Array, float]]:
-    """Yield finely spaced points (n, 3), world frame, and radii of the structures at risk."""
+def firm_lines(world: World) -> Iterator[tuple[Array, float]]:
+    """Yield finely spaced points (n, 3), world frame, and radii of firm obstacles.
+
+    Firm obstacles are the structures at risk and the left instrument.
+    """
     for name in AT_RISK:
         yield subdivide(world.tubes.centres(name), LINE_PARTS), world.tubes.radius_m(name)
-
-
-def wrist_room_m(world: World, tube: str, T_world_tool: Array, tool: str) -> float:
-    """Return the least gap from wrist and shaft to firm obstacles and other tubes, m.
-
-    A tube counts as nearer, by what the filter keeps more from it than from firm obstacles.
-    """
-    tubes = [(p, world.tubes.radius_m(t) + SOFTER_M) for t, p in _in_body(world, tube).items()]
-    lines = [*_at_risk(world), *_left_instrument(world), *tubes]
-    return min(
-        float(np.linalg.norm(behind_m[:, None] - line_m, axis=2).min()) - thick_m - radius_m
-        for behind_m, thick_m in _behind_jaws(world, T_world_tool, tool)
-        for line_m, radius_m in lines
-    )
-
-
-def _behind_jaws(world: World, T_world_tool: Array, tool: str) -> Iterator[tuple[Array, float]]:
-    """Yield lines (n, 3), world frame, and radii of the right wrist and the shaft's near part.
-
-    The wrist lies in one plane with the shaft, square to the yaw axis (`controller/kinematics.py`).
-    """
-    share, port_m = np.linspace(0.0, 1.0, BEHIND_PARTS)[:, None], world.arms.T_world_rcm[RIGHT_ARM]
-    x, z = T_world_tool[:3, 0], T_world_tool[:3, 2]
-    yaw_m = T_world_tool[:3, 3] - INSTRUMENTS[tool].yaw_to_tip_m * z
-    inward = yaw_m - port_m[:3, 3]
-    wrist = -INSTRUMENTS[tool].pitch_to_yaw_m * unit(inward - (inward @ x) * x)
-    yield yaw_m + share * wrist, WRIST_RADIUS_M
-    shaft = -SHAFT_M * unit(inward + wrist)
-    yield yaw_m + wrist + share * shaft, SHAFT_RADIUS_M
-
-
-def liver_of(world: World) -> SurfaceModel:
-    """Return the liver's surface at its present place."""
-    liver = SurfaceModel(registered(world).liver)
-    liver.move(world.body.offset_m)
-    return liver
-
-
-def liver_room_m(liver: SurfaceModel, T_world_tool: Array, tool: str, opening_rad: float) -> float:
-    """Return the gap from the open fingers' tips to the liver; negative if inside."""
-    thickness_m = INSTRUMENTS[tool].finger_half_thickness_m
-    side_m = float(outer_face_m(tool, opening_rad, np.zeros(1))[0]) - thickness_m
-    tips = [T_world_tool[:3, 3] + side * side_m * T_world_tool[:3, 1] for side in (-1.0, 1.0)]
-    gaps_mm = [liver.gap(Core(MM * np.stack([tip, tip]))).distance_mm for tip in tips]
-    return min(gaps_mm) / MM - thickness_m
+    yield from _left_instrument(world)
 
 
 def tube_room_m(
@@ -166,7 +110,7 @@ def tube_room_m(
     The way is straight along the tool. Of a cut tube only the stump counts: the filter lets tools
     touch what hangs on the gallbladder.
     """
-    return _room_on_way_m(world, _in_body(world, tube), T_world_tool, tool, opening_rad)
+    return _room_on_way_m(world, in_body(world, tube), T_world_tool, tool, opening_rad)
 
 
 def side_of_tubes(world: World, tube: str, T_world_tool: Array, tool: str) -> float:
@@ -175,13 +119,13 @@ def side_of_tubes(world: World, tube: str, T_world_tool: Array, tool: str) -> fl
     Returns:
         +1 towards the tool's y, -1 away from it.
     """
-    points = np.concatenate(list(_in_body(world, tube).values()))
+    points = np.concatenate(list(in_body(world, tube).values()))
     x, y, z = transform(inverse_pose(T_world_tool), points).T
     beyond = np.maximum(z, np.maximum(-INSTRUMENTS[tool].mouth_m[0] - z, 0.0))
     return float(np.sign(y[np.argmin(x**2 + y**2 + beyond**2)]))
 
 
-def _in_body(world: World, tube: str) -> dict[str, Array]:
+def in_body(world: World, tube: str) -> dict[str, Array]:
     """Return finely spaced points (n, 3), world frame, of the other tubes or their stumps."""
     return {
         other: _stump_m(world, other)

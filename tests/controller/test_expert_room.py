@@ -3,11 +3,10 @@
 import numpy as np
 import pytest
 
+from controller.expert.arm_room import around, behind_jaws, liver_of, liver_room_m, wrist_room_m
 from controller.expert.jaw_room import (
     WAY_M,
     hanging_room_m,
-    liver_of,
-    liver_room_m,
     sac_room_m,
     sac_way_room_m,
     tube_room_m,
@@ -15,11 +14,11 @@ from controller.expert.jaw_room import (
 from controller.expert.targets import clip_pose
 from controller.kinematics import inverse_kinematics
 from controller.safety.geometry.collision import CollisionModel
-from controller.safety.geometry.link_cores import FINGERS
+from controller.safety.geometry.link_cores import FINGERS, N_LINK, SHAFT, WRIST, link_cores
 from controller.safety.obstacles import LIVER, registered, surroundings_of
 from tests.tissue_sim.verification.bodies import astride
 from tests.worlds import textbook_world
-from tissue_sim.frames import inverse_pose
+from tissue_sim.frames import inverse_pose, unit
 from tissue_sim.surgery.parting import part_ring
 from tissue_sim.tools.arms import RIGHT_ARM
 from tissue_sim.tools.instruments import CLIP_APPLIER, INSTRUMENTS
@@ -34,6 +33,10 @@ def world():
 
 def room_m(world, T):
     return tube_room_m(world, "artery", T, CLIP_APPLIER, OPENING_RAD)
+
+
+def port_m(world):
+    return world.arms.T_world_rcm[RIGHT_ARM, :3, 3]
 
 
 def test_a_whole_tube_counts_but_of_a_cut_one_only_the_stump_and_also_before_the_place(world):
@@ -88,3 +91,30 @@ def test_a_way_back_through_the_gallbladder_lacks_room_where_the_place_itself_ha
     beyond[:3, 3] = axis[3] + 0.015 * T[:3, 2]
     assert sac_room_m(world, beyond, CLIP_APPLIER, OPENING_RAD) > 0.0
     assert sac_way_room_m(world, beyond, CLIP_APPLIER, OPENING_RAD) < -0.001
+
+
+def test_wrist_and_shaft_are_where_the_arm_has_them(world):
+    """Compare with the arm's links at the joints that put the tool at the pose."""
+    T = clip_pose(world, "artery", 2)
+    joints, applier = world.target.copy(), INSTRUMENTS[CLIP_APPLIER]
+    T_rcm_tool = inverse_pose(world.arms.T_world_rcm[RIGHT_ARM]) @ T
+    joints[RIGHT_ARM, :6] = inverse_kinematics(T_rcm_tool, applier, joints[RIGHT_ARM, :6])
+    cores = link_cores(joints, world.arms.mounted, world.arms.T_world_rcm)
+    (wrist, thick_m), (shaft, _) = behind_jaws(port_m(world), T, CLIP_APPLIER)
+    link = RIGHT_ARM * N_LINK + WRIST
+    np.testing.assert_allclose(wrist.mean(axis=0), cores.centre_m[link], atol=1e-6)
+    assert thick_m == cores.radius_m[link]
+    along = cores.R_world_core[RIGHT_ARM * N_LINK + SHAFT, :, 2]
+    np.testing.assert_allclose(np.abs(unit(shaft[-1] - shaft[0]) @ along), 1.0, atol=1e-6)
+
+
+def test_a_wrist_beside_another_tube_or_a_structure_at_risk_lacks_room(world):
+    """Lay the line under the wrist: its gap becomes the radii's overlap."""
+    T = clip_pose(world, "artery", 2)
+    (wrist, thick_m), _ = behind_jaws(port_m(world), T, CLIP_APPLIER)
+    assert wrist_room_m(around(world, "artery"), T, CLIP_APPLIER) > 0.0
+    x, rings = world.tissue.positions(), world.organ.rings["common bile duct"]
+    before = x[rings].copy()
+    x[rings] += wrist.mean(axis=0) - x[rings[len(rings) // 2, 0]]
+    assert wrist_room_m(around(world, "artery"), T, CLIP_APPLIER) < -thick_m
+    x[rings] = before
