@@ -23,7 +23,7 @@ WALL_SPARE_M = 0.0004  # by which the gallbladder's wall is drawn out of the jaw
 
 
 @dataclass(frozen=True, kw_only=True)
-class Place:
+class JawPlace:
     """The place on a tube where the right jaws are to close, and how open they come there.
 
     Attributes:
@@ -57,7 +57,7 @@ class Place:
         return liver_room_m(liver_of(world), T, self.tool, self.opening_rad) > FIRM_ROOM_M
 
 
-def exposing(world: World, place: Place) -> Iterator[Phase]:
+def exposing(world: World, place: JawPlace) -> Iterator[Phase]:
     """Yield phases of the grasper that make room at a place; the last one eases the pull."""
     tube = place.tube
     yield _phase(
@@ -71,7 +71,7 @@ def exposing(world: World, place: Place) -> Iterator[Phase]:
         yield _phase("ease the pull", traction.ease, traction.eased)
 
 
-def _lift(place: Place, world: World) -> Phase | None:
+def _lift(place: JawPlace, world: World) -> Phase | None:
     if place.is_off_liver(world):
         return None
     return _phase(
@@ -81,7 +81,7 @@ def _lift(place: Place, world: World) -> Phase | None:
     )
 
 
-def _aside(place: Place, world: World) -> Phase | None:
+def _aside(place: JawPlace, world: World) -> Phase | None:
     """Return the phase that draws aside what covers the place, or lies beside it; None: nothing."""
     tube, tool = place.tube, place.tool
     if not place.is_free(world):

@@ -10,7 +10,7 @@ import numpy as np
 
 from controller.expert import traction
 from controller.expert.approach import STANDOFF_M, clear_approach
-from controller.expert.exposure import Place, exposing
+from controller.expert.exposure import JawPlace, exposing
 from controller.expert.jaw_room import catches_another, outer_face_m
 from controller.expert.motion import PHASE_MAX_S, Goal, before, distance
 from controller.expert.phase import Phase, stay
@@ -224,7 +224,7 @@ def _close_on(
     shut = Phase(name="close where it belongs", arm=arm, goal=close, done=_snapped)
     if _is_astride(world, tube, target(world), tool):
         return astride, shut, stay(arm)
-    place = Place(tube=tube, tool=tool, opening_rad=opening, on_wall=on_wall, target=target)
+    place = JawPlace(tube=tube, tool=tool, opening_rad=opening, on_wall=on_wall, target=target)
     ready = exposing(world, place)
     return _from_outside(arm, (*ready, stand, astride, shut, stay(arm)), opening, world)
 
