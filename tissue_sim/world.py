@@ -231,7 +231,9 @@ class World(Field):
         return self._target.copy()
 
     def pull_clip(self, number: int, force_world_n: Array, clamp: Indices) -> None:
-        """Pull at a clip with a steady force (3,), N, against clamped vertices; zero ends the pull.
+        """Pull at a clip with a steady force (3,), N; zero ends the pull.
+
+        A test machine clamps vertices meanwhile: they stand still, and take the reaction.
 
         Raises:
             ValueError: there is no such clip, or no patient.
@@ -243,11 +245,13 @@ class World(Field):
         clip = clips[number]
         load = self.tissue.host("load")[0]
         load[:] = 0.0
-        if clip.lost or not force_world_n.any():
+        pulls = not clip.lost and force_world_n.any()
+        self._clamp(clamp if pulls else clamp[:0])
+        if not pulls:
             self.record = replace(self.record, pull=None)
             return
-        for vertices, force in ((list(clip.vertices), force_world_n), (clamp, -force_world_n)):
-            load[vertices] += force / max(len(vertices), 1)  # a clip may have caught no vertex
+        caught = list(clip.vertices)
+        load[caught] = force_world_n / max(len(caught), 1)  # a clip may have caught no vertex
         before = self.record.pull
         if before is not None and before.number == number:
             grip = before.grip_n
@@ -255,6 +259,14 @@ class World(Field):
             grip = grip_n(self.tubes, clip)
         pull = Pull(number=number, force_world_n=force_world_n.copy(), grip_n=grip)
         self.record = replace(self.record, pull=pull)
+
+    def _clamp(self, vertices: Indices) -> None:
+        clamped, before = self.tissue.host("clamped")[0], self.tissue.host("clamped")[0].copy()
+        clamped[:] = 0
+        clamped[vertices] = 1
+        if (clamped != before).any():
+            self.tissue.host("velocity")[0, vertices] = 0.0
+            self.tissue.rewire(0)
 
     def state(self) -> dict[str, Any]:
         """Copy everything that the next step depends on, including the tissue's topology."""

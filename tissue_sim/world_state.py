@@ -93,6 +93,7 @@ def _bounds(state: dict[str, Any], tubes: Tubes, joint_ranges: Array) -> dict[st
         "tissue/stiffness_holds": FLAG,
         "tissue/surface": FLAG,
         "tissue/covered": POSITIVE,
+        "tissue/clamped": FLAG,
         "tissue/contact_shape": Bound(low=-1, high=N_SHAPES - 1),
         "tissue/strand_shape": Bound(low=-1, high=N_SHAPES - 1),
         "tissue/mass": POSITIVE,

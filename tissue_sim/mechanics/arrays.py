@@ -27,6 +27,7 @@ class TissueArrays:
     velocity: wp.array2d(dtype=wp.vec3)
     previous: wp.array2d(dtype=wp.vec3)
     mass: wp.array2d(dtype=float)
+    clamped: wp.array2d(dtype=int)  # by the test machine that pulls at a clip
     fixed: wp.array2d(dtype=int)
     surface: wp.array2d(dtype=int)
     covered: wp.array2d(dtype=int)
@@ -179,7 +180,7 @@ class ToolShapes:
 # The arrays that a step or an event changes; other arrays follow from the organ or from these.
 STATE = (
     "n_vertex", "n_part", "part", "position", "rest", "rest_inverse", "volume", "velocity", "mass",
-    "surface", "covered", "load", "tet", "tet_alive", "folded",
+    "surface", "covered", "clamped", "load", "tet", "tet_alive", "folded",
     "mu", "lam", "stiffness_at", "stiffness_holds",
     "tie_stiffness", "link", "link_rest", "link_stiffness", "link_strength", "anchor_stiffness",
     "strand_shape", "strand_point", "strand_normal",

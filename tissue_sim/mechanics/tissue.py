@@ -332,14 +332,14 @@ class Tissue:
         self.host("mass")[b, :n] = on_corners(tets, quarter, n)
 
     def _fix_vertices(self, b: int) -> None:
-        """Fix the vertices that the body holds, and vertices without living elements.
+        """Fix vertices that the body or a clamp holds, and vertices without living elements.
 
         Vertices without elements would fall for ever; nothing stays tied or anchored to them.
         """
         tets, fixed = self.tets(b), self.host("fixed")[b]
         lone = np.ones(len(fixed), bool)
         lone[tets[self.host("tet_alive")[b, : len(tets)] != 0]] = False
-        fixed[:] = lone
+        fixed[:] = lone | (self.host("clamped")[b] != 0)
         fixed[: len(self.organs[b].fixed)] |= self.organs[b].fixed
         self.host("tie_stiffness")[b, lone[self.host("tie_corner")[b]].any(axis=1)] = 0.0
         self.host("anchor_stiffness")[b, lone[self.host("anchor")[b]]] = 0.0

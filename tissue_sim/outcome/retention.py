@@ -3,35 +3,25 @@
 A vessel that is too thin for this pull is pulled by less than tears it.
 
 As in a laboratory, the vessel is clamped beside the clip, on the side away from the cut. The clip
-is pulled towards the cut end. Only clips and vessels are tested: the pull also turns the free
-gallbladder, which may then press on the liver.
+is pulled towards the cut end. The clamp takes the reaction, so that nothing else is pulled.
 """
 
 from __future__ import annotations
-
-from collections.abc import Iterable
-from dataclasses import replace
-from typing import TypeVar
 
 import numpy as np
 
 from tissue_sim.outcome.predicates import required_pull_n
 from tissue_sim.patient.tubes import Crossing
 from tissue_sim.surgery.clip import Clip, T_world_clip
-from tissue_sim.surgery.injury import Injury, LimitReading
 from tissue_sim.tools.arms import JointCommand
 from tissue_sim.world import World
 
-Event = TypeVar("Event", Injury, LimitReading)
-
 PULL_S = (0.25, 0.15, 0.25)  # increase, hold, decrease: as slowly as a test machine
 CLAMP_RINGS = 2  # rings between clip and clamp
-TESTED = ("clip", "leak", "avulsion", "tear of")  # first words of the injuries that a pull can show
 
 
 def pull_all_clips(world: World) -> None:
     """Pull each clip in turn. The record then shows which clips slip or detach, or what tears."""
-    before = world.record
     for clip in world.record.clips:
         for crossing in clip.crossings:
             away = _towards_cut(world, crossing)
@@ -39,19 +29,6 @@ def pull_all_clips(world: World) -> None:
             pull_n = required_pull_n(world.tubes, crossing.tube)
             for direction in (away * along, T_world_clip(world.tubes, clip)[:3, 1]):
                 _pull(world, clip, crossing, pull_n * direction, away)
-    world.record = replace(
-        world.record,
-        injuries=(*before.injuries, *_tested(world.record.injuries[len(before.injuries) :])),
-        peaks=(
-            *(peak for peak in before.peaks if not peak.event.startswith(TESTED)),
-            *_tested(world.record.peaks),
-        ),
-    )
-
-
-def _tested(found: Iterable[Event]) -> Iterable[Event]:
-    """Return the injuries or peaks of clips and vessels."""
-    return (one for one in found if one.event.startswith(TESTED))
 
 
 def _towards_cut(world: World, crossing: Crossing) -> int:

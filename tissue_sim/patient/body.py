@@ -76,7 +76,7 @@ class Body:
 
     def _place_tissue(self, offset_m: Array) -> None:
         tissue, n_strand = self._tissue, len(self._strands_m)
-        held = np.flatnonzero(tissue.host("fixed")[0])
+        held = np.flatnonzero((tissue.host("fixed")[0] != 0) & (tissue.host("clamped")[0] == 0))
         tissue.host("position")[0, held] = tissue.host("rest")[0, held] + offset_m
         tissue.host("velocity")[0, held] = self.velocity_m_s
         tissue.host("anchor_point")[0, :n_strand] = self._strands_m + offset_m

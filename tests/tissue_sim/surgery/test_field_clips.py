@@ -18,12 +18,12 @@ from tissue_sim.patient.organ import TUBES
 from tissue_sim.patient.textbook import textbook_from_seed
 from tissue_sim.patient.tubes import Tubes
 from tissue_sim.surgery import events as record_events
-from tissue_sim.surgery.clip import Clip, grip_n, latch
+from tissue_sim.surgery.clip import Clip, T_world_clip, grip_n, latch
 from tissue_sim.surgery.clip_slip import Pull, apply_pull
 from tissue_sim.surgery.cut import BLADE_LENGTH_M, sever
 from tissue_sim.surgery.leak import leaks
 from tissue_sim.surgery.loose_clip import GRAVITY_M_S2, PERITONEUM_AWAY_M
-from tissue_sim.thresholds import CUFF_MIN_M, LIVER_MAX_N, TEST_PULL_N
+from tissue_sim.thresholds import CUFF_MIN_M, TEST_PULL_N
 from tissue_sim.tools.arms import HOME_JOINTS, RIGHT_ARM, JointCommand
 from tissue_sim.world import World
 
@@ -191,15 +191,29 @@ def test_the_test_pull_does_not_move_good_clips(world: World) -> None:
     assert not world.tissue.host("load").any()
 
 
-def test_the_test_pull_counts_for_clips_and_vessels_alone(world: World) -> None:
+def test_the_clamp_takes_the_reaction_of_the_test_pull_and_is_part_of_the_state(
+    world: World,
+) -> None:
     clipped_and_cut(world, CUFF_MIN_M + 3e-4)
-    world.record = replace(world.record, bed_rest_n=-1.0)  # as if the gallbladder pressed by 1 N
+    clip = world.record.clips[1]  # the gallbladder hangs on this stump
+    clamp = world.tubes.below["duct"][clip.crossings[0].ring + CLAMP_RINGS]
+    gallbladder = world.organ.sac_rings.ravel()
+    fixed, before = world.tissue.host("fixed").copy(), world.tissue.positions().astype(float)
+    for _ in range(10):
+        world.pull_clip(clip.number, TEST_PULL_N * T_world_clip(world.tubes, clip)[:3, 1], clamp)
+        world.step(HOME)
+    moved_m = np.linalg.norm(world.tissue.positions() - before, axis=1)
+    assert not moved_m[clamp].any()
+    assert moved_m[list(clip.vertices)].max() > 1e-4
+    assert moved_m[gallbladder].max() < 1e-4
+    state = world.state()
     world.step(HOME)
-    pressed = [p for p in world.record.peaks if p.event == "liver force through gallbladder"]
-    world.record = replace(world.record, bed_rest_n=-2.0 * LIVER_MAX_N)
-    pull_all_clips(world)
-    assert events(world) == []
-    assert [p for p in world.record.peaks if p.event == pressed[0].event] == pressed
+    after = world.tissue.positions().copy()
+    world.restore(state)
+    world.step(HOME)
+    np.testing.assert_array_equal(world.tissue.positions(), after)
+    world.pull_clip(clip.number, np.zeros(3), clamp)
+    np.testing.assert_array_equal(world.tissue.host("fixed"), fixed)
 
 
 def test_the_test_pull_detaches_a_weak_clip_and_the_stump_leaks(world: World) -> None:
