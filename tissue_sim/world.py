@@ -235,10 +235,23 @@ class World(Field):
 
         A test machine clamps vertices meanwhile: they stand still, and take the reaction.
 
+        Args:
+            number: Number of the clip.
+            force_world_n: (3,) force in the world frame, N.
+            clamp: (n,) the clamped vertices.
+
         Raises:
-            ValueError: there is no such clip, or no patient.
+            ValueError: there is no such clip, vertex or force, or no patient. Nothing is changed.
         """
         self._require_patient()
+        force_world_n, clamp = np.array(force_world_n, float), np.asarray(clamp)
+        if force_world_n.shape != (3,) or not np.isfinite(force_world_n).all():
+            raise ValueError(f"world: force_world_n = {force_world_n} must be 3 finite numbers, N")
+        n = self.tissue.n_vertex()
+        if len(clamp) and not (clamp.dtype.kind in "iu" and 0 <= clamp.min() <= clamp.max() < n):
+            raise ValueError(
+                f"world: clamp = {clamp} must be vertices, whole numbers from 0 to {n - 1}"
+            )
         clips = {clip.number: clip for clip in self.record.clips}
         if number not in clips:
             raise ValueError(f"world: there is no clip {number}; choose from {sorted(clips)}")
@@ -257,7 +270,7 @@ class World(Field):
             grip = before.grip_n
         else:
             grip = grip_n(self.tubes, clip)
-        pull = Pull(number=number, force_world_n=force_world_n.copy(), grip_n=grip)
+        pull = Pull(number=number, force_world_n=force_world_n, grip_n=grip)
         self.record = replace(self.record, pull=pull)
 
     def _clamp(self, vertices: Indices) -> None:

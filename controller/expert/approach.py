@@ -22,7 +22,6 @@ from controller.expert.jaw_room import (
 from controller.expert.motion import CLEARANCE_M, FIRM_ROOM_M, OFF_CENTRE_M, before
 from controller.kinematics import Unreachable, inverse_kinematics
 from tissue_sim.frames import Array, inverse_pose
-from tissue_sim.outcome.predicates import tube_severed
 from tissue_sim.tools.arms import RIGHT_ARM
 from tissue_sim.tools.instruments import INSTRUMENTS, Instrument
 from tissue_sim.tools.psm import JOINT_NAMES, joint_limits
@@ -98,7 +97,7 @@ APPROACHES = tuple(  # tried in this order, the usual one first
     for side in (0.0, 1.0, -1.0)
     for turn in (0.0, -0.5, 0.5)
 )
-FURTHER = tuple(  # where cut tubes beside the place leave no room for those above
+FURTHER = tuple(  # where too few of those above have enough room
     Approach(turn_rad=turn, aside=aside, off_centre_m=off_centre, by_tip=by_tip, tilt_rad=tilt)
     for by_tip in (False, True)
     for tilt in (0.0, 0.2, -0.2)
@@ -122,7 +121,7 @@ def clear_approach(
 
     Only approaches within reach count, if there is one. Further attempts (1, 2, ...) alternate
     with the list's end, where approaches differ most: the tool itself may have pushed tissue
-    between the jaws. The list is longer beside cut tubes where too few approaches have room. Only a
+    between the jaws. The list is longer where too few of its approaches have room. Only a
     clip that may hold the gallbladder's wall (`on_wall`) closes where the wall is between the jaws,
     unless it is so in all approaches.
 
@@ -134,8 +133,7 @@ def clear_approach(
     seek = partial(_lacking_m, world, tube, pose, tool, opening_rad, on_wall)
     lacking_m = seek(APPROACHES)
     free = [a for a, lack_m in lacking_m.items() if not lack_m.any()]
-    is_beside_cut = any(tube_severed(world, other) for other in world.organ.tubes)
-    if len(free) <= attempt and is_beside_cut:
+    if len(free) <= attempt:
         lacking_m |= {a: lack_m for a, lack_m in seek(FURTHER).items() if not lack_m[SAC]}
         free = [a for a, lack_m in lacking_m.items() if not lack_m.any()]
     if free:

@@ -31,6 +31,7 @@ def save_plot(patients: Sequence[Anatomy], path: Path) -> None:
             draw_size(place, name, np.array([getattr(p, name) for p in patients]) / MM)
     handles, labels = axes[0, 0].get_legend_handles_labels()
     figure.legend(handles, labels, loc="outside lower center", ncols=4, frameon=False)
+    path.parent.mkdir(parents=True, exist_ok=True)
     figure.savefig(path, format="png")
 
 

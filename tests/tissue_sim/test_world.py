@@ -235,6 +235,28 @@ def test_a_pull_at_an_unknown_clip_names_the_clips_there_are(world: World) -> No
         world.pull_clip(3, np.zeros(3), np.zeros(0, np.int32))
 
 
+@pytest.mark.parametrize(
+    ("force_n", "clamp", "words"),
+    [
+        ([np.nan, 0.0, 0.0], [0], "3 finite numbers"),
+        ([1.0, 2.0], [0], "3 finite numbers"),
+        ([1.0, 0.0, 0.0], [-1], "whole numbers from 0 to"),
+        ([1.0, 0.0, 0.0], [10**7], "whole numbers from 0 to"),
+        ([1.0, 0.0, 0.0], [1.5], "whole numbers from 0 to"),
+    ],
+)
+def test_a_wrong_pull_is_refused_and_changes_nothing(
+    world: World, force_n: list[float], clamp: list[float], words: str
+) -> None:
+    world.equip("clip_applier")
+    world.drop_clip()
+    with pytest.raises(ValueError, match=words):
+        world.pull_clip(1, np.array(force_n), np.array(clamp))
+    assert world.record.pull is None
+    assert not world.tissue.host("clamped").any()
+    assert not world.tissue.host("load").any()
+
+
 def test_periods_that_are_not_multiples_are_refused_by_name() -> None:
     with pytest.raises(ValueError, match=r"control_step_s = 0\.04 must be a multiple of 0\.0166"):
         WorldConfig(control_step_s=0.04)
