@@ -245,13 +245,7 @@ class World(Field):
         """
         self._require_patient()
         force_world_n, clamp = np.array(force_world_n, float), np.asarray(clamp)
-        if force_world_n.shape != (3,) or not np.isfinite(force_world_n).all():
-            raise ValueError(f"world: force_world_n = {force_world_n} must be 3 finite numbers, N")
-        n = self.tissue.n_vertex()
-        if len(clamp) and not (clamp.dtype.kind in "iu" and 0 <= clamp.min() <= clamp.max() < n):
-            raise ValueError(
-                f"world: clamp = {clamp} must be vertices, whole numbers from 0 to {n - 1}"
-            )
+        _require_pull(force_world_n, clamp, self.tissue.n_vertex())
         clips = {clip.number: clip for clip in self.record.clips}
         if number not in clips:
             raise ValueError(f"world: there is no clip {number}; choose from {sorted(clips)}")
@@ -392,3 +386,13 @@ class World(Field):
         friction = np.full(8, 0.1)
         friction[2:4] = 0.7 * self.conditions.grip
         return friction
+
+
+def _require_pull(force_world_n: Array, clamp: Indices, n_vertex: int) -> None:
+    if force_world_n.shape != (3,) or not np.isfinite(force_world_n).all():
+        raise ValueError(f"world: force_world_n = {force_world_n} must be 3 finite numbers, N")
+    whole = clamp.dtype.kind in "iu"
+    if len(clamp) and not (whole and 0 <= clamp.min() <= clamp.max() < n_vertex):
+        raise ValueError(
+            f"world: clamp = {clamp} must be vertices, whole numbers from 0 to {n_vertex - 1}"
+        )

@@ -11,8 +11,7 @@ import numpy as np
 from controller.expert.jaw_room import firm_lines, in_body, outer_face_m
 from controller.safety.geometry.gap import MM, Core
 from controller.safety.geometry.rigid_surface import SurfaceModel
-from controller.safety.limits.keep_out import MARGIN_M, TUBE_MARGIN_M
-from controller.safety.obstacles import registered
+from controller.safety.obstacles import MARGIN_M, TUBE_MARGIN_M, registered
 from tissue_sim.frames import Array, unit
 from tissue_sim.tools.arms import RIGHT_ARM
 from tissue_sim.tools.instruments import INSTRUMENTS, SHAFT_RADIUS_M, WRIST_RADIUS_M

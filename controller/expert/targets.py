@@ -2,18 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
 import numpy as np
 
-from controller.expert.approach import USUAL, Approach
+from controller.expert.approaches import USUAL, Approach
 from controller.expert.motion import CLEARANCE_M
 from tissue_sim.frames import AWAY, LEFT, RIGHT, Array, exponential, pose, unit
 from tissue_sim.outcome import clip_rule
 from tissue_sim.outcome.clip_rule import clips_needed, cut_room_m, spacing_m
-from tissue_sim.outcome.predicates import applier_on, straightness
-from tissue_sim.patient.organ import TUBES
+from tissue_sim.outcome.predicates import applier_on
 from tissue_sim.patient.tubes import SAC_HALF_GAP_M, Tubes
 from tissue_sim.thresholds import CLIP_MAX_TILT_RAD, CLIP_MIN_GAP_M, CUFF_MIN_M
 from tissue_sim.tools.arms import RIGHT_ARM
@@ -26,18 +24,11 @@ GRASP_RING = 6  # the top of the infundibulum, 15 mm above the neck, or lower on
 GRASPED_M = 0.0112  # largest radius that the jaws hold firmly when they have closed; measured
 GRASP_BEYOND_M = 0.004  # how far the tips reach beyond the radius' middle behind the axis; assumed
 SHORT_BEYOND_M = 0.0015  # the same before a second artery, which enters behind the axis; assumed
-GRASP_OPEN_RAD, GRASP_ROOM_M = (
-    1.0,
-    0.0026,
-)  # usual opening; room beside a wide infundibulum; assumed
+GRASP_OPEN_RAD = 1.0  # usual opening; assumed
+GRASP_ROOM_M = 0.0026  # beside a wide infundibulum; assumed
 LEFT_SLANT_RAD = 0.40  # the left tool comes in from the left; assumed
-TAUT = 0.990  # chord over length of a tube that is pulled no further; assumed
-MIN_MISSING = (
-    0.001  # of a tube's length: keeps the pull's direction when both are straight; assumed
-)
 TIP_OVER_M = 0.0012  # by which a tip must reach over a tube that is pressed flat; assumed
 SLIP_M = 0.0005  # by which a tube slips in closing jaws at most, measured
-LIFT = 0.35  # share of the pull towards the endoscope, off the liver; assumed
 
 
 def grasp_pose(world: World) -> Array:
@@ -170,36 +161,6 @@ def opening_rad(tubes: Tubes, tube: str, tool: str) -> float:
     mouth_m, _ = INSTRUMENTS[tool].mouth_m
     reach_m = INSTRUMENTS[tool].yaw_to_tip_m - 0.5 * mouth_m
     return 2.0 * float(np.arcsin((tubes.radius_m(tube) + CLEARANCE_M) / reach_m))
-
-
-def pull_direction(tubes: Tubes, chosen: Sequence[str] = TUBES) -> Array:
-    """Return a unit vector that straightens tubes, the slackest tube most, off the liver."""
-    total = np.zeros(3)
-    for tube in chosen:
-        centres = tubes.centres(tube)
-        missing = max(TAUT + 0.005 - straightness(tubes, tube), MIN_MISSING)
-        total += missing * tubes.length_m[tube] * unit(centres[-1] - centres[0])
-    return unit(unit(total) - LIFT * AWAY)
-
-
-def spread_direction(tubes: Tubes) -> Array:
-    """Return a unit vector along which the gallbladder's pull parts duct and artery the fastest.
-
-    A point at the share f of a tube's length moves by f of the gallbladder's motion. So the vector
-    between the nearest points of the walls grows along itself if the artery's share is larger.
-    """
-    duct, artery = (tubes.centres(tube) for tube in TUBES)
-    apart = artery[None] - duct[:, None]
-    far_m = np.linalg.norm(apart, axis=-1)
-    far_m[: len(duct) // 4] = far_m[len(duct) - len(duct) // 4 :] = np.inf
-    far_m[:, : len(artery) // 4] = far_m[:, len(artery) - len(artery) // 4 :] = np.inf
-    i, j = np.unravel_index(int(far_m.argmin()), far_m.shape)
-    return float(np.sign(j * len(duct) - i * len(artery)) or 1.0) * unit(apart[i, j])
-
-
-def taut(tubes: Tubes, chosen: Sequence[str] = TUBES) -> bool:
-    """Return whether tubes are straight."""
-    return min(straightness(tubes, tube) for tube in chosen) >= TAUT
 
 
 def astride(point: Array, along: Array, approach: Array, *, beyond_m: float) -> Array:

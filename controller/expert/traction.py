@@ -6,6 +6,7 @@ functions of the world and of the time in the phase, s.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from operator import itemgetter
 from typing import TYPE_CHECKING
 
@@ -13,9 +14,10 @@ import numpy as np
 
 from controller.expert.jaw_room import axis_side, side_of_sac, side_of_tubes
 from controller.expert.motion import PHASE_MAX_S, Goal
-from controller.expert.targets import pull_direction, spread_direction, taut
 from tissue_sim.frames import AWAY, Array, unit
-from tissue_sim.outcome.predicates import gallbladder_held, gap_m, tube_severed
+from tissue_sim.outcome.predicates import gallbladder_held, gap_m, straightness, tube_severed
+from tissue_sim.patient.organ import TUBES
+from tissue_sim.patient.tubes import Tubes
 from tissue_sim.thresholds import GRASP_MIN_TRACTION_N, MAX_STRETCH, SPREAD_MIN_M
 from tissue_sim.tools.arms import LEFT_ARM
 
@@ -28,6 +30,9 @@ ASIDE_MAX_N = 1.0  # draws the gallbladder aside: a thin artery bears little mor
 TIGHT_STRETCH = 1.1  # of a thin tube, which a small pull straightens; assumed
 DRAWN_STRETCH = 1.0 + 0.9 * (MAX_STRETCH - 1.0)  # of a tube, by the arms; assumed
 EASED_STRETCH = 1.0 + 0.8 * (MAX_STRETCH - 1.0)  # which leaves the right arm some; assumed
+TAUT = 0.990  # chord over length of a tube that is pulled no further; assumed
+MIN_MISSING = 0.001  # of a tube's length: keeps the direction when all are straight; assumed
+LIFT = 0.35  # share of the pull towards the endoscope, off the liver; assumed
 SPREAD_SPARE_M, SPREAD_MAX_S, DRAW_MAX_S = 0.0004, 3.0, 3.0
 
 
@@ -154,3 +159,33 @@ def _most_stretched(world: World) -> tuple[str, float]:
 
 def _whole(world: World) -> list[str]:
     return [tube for tube in world.organ.tubes if not tube_severed(world, tube)]
+
+
+def pull_direction(tubes: Tubes, chosen: Sequence[str] = TUBES) -> Array:
+    """Return a unit vector that straightens tubes, the slackest tube most, off the liver."""
+    total = np.zeros(3)
+    for tube in chosen:
+        centres = tubes.centres(tube)
+        missing = max(TAUT + 0.005 - straightness(tubes, tube), MIN_MISSING)
+        total += missing * tubes.length_m[tube] * unit(centres[-1] - centres[0])
+    return unit(unit(total) - LIFT * AWAY)
+
+
+def spread_direction(tubes: Tubes) -> Array:
+    """Return a unit vector along which the gallbladder's pull parts duct and artery the fastest.
+
+    A point at the share f of a tube's length moves by f of the gallbladder's motion. So the vector
+    between the nearest points of the walls grows along itself if the artery's share is larger.
+    """
+    duct, artery = (tubes.centres(tube) for tube in TUBES)
+    apart = artery[None] - duct[:, None]
+    far_m = np.linalg.norm(apart, axis=-1)
+    far_m[: len(duct) // 4] = far_m[len(duct) - len(duct) // 4 :] = np.inf
+    far_m[:, : len(artery) // 4] = far_m[:, len(artery) - len(artery) // 4 :] = np.inf
+    i, j = np.unravel_index(int(far_m.argmin()), far_m.shape)
+    return float(np.sign(j * len(duct) - i * len(artery)) or 1.0) * unit(apart[i, j])
+
+
+def taut(tubes: Tubes, chosen: Sequence[str] = TUBES) -> bool:
+    """Return whether tubes are straight."""
+    return min(straightness(tubes, tube) for tube in chosen) >= TAUT

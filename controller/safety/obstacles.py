@@ -22,6 +22,8 @@ if TYPE_CHECKING:
     from tissue_sim.world import World
 
 LIVER, PORT_WALL, ASSISTANT = "liver", "port wall", "assistant's grasper"
+MARGIN_M = 0.0005  # kept from obstacles; assumed: more than the arms give way and lag
+TUBE_MARGIN_M = 0.001  # the same of a cystic tube, which moves by itself; assumed
 
 
 @dataclass(frozen=True, kw_only=True)

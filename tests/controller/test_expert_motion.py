@@ -5,7 +5,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from controller.expert.approach import OFF_CENTRE_M, Approach
+from controller.expert.approaches import OFF_CENTRE_M, Approach
 from controller.expert.motion import (
     JAW_SPEED_RAD_S,
     TURN_SPEED_RAD_S,

@@ -8,16 +8,8 @@ import numpy as np
 import pytest
 
 from controller.expert import approach as approach_module
-from controller.expert.approach import (
-    APPROACHES,
-    FIRM_ROOM_M,
-    FURTHER,
-    OFF_CENTRE_M,
-    SAC_ROOM_M,
-    Approach,
-    clear_approach,
-    in_reach,
-)
+from controller.expert.approach import FIRM_ROOM_M, SAC_ROOM_M, clear_approach, in_reach
+from controller.expert.approaches import APPROACHES, FURTHER, OFF_CENTRE_M, Approach
 from controller.expert.jaw_room import catches_another, firm_room_m, sac_room_m
 from controller.expert.skills import skill
 from controller.expert.targets import (
@@ -30,8 +22,8 @@ from controller.expert.targets import (
     grasp_opening_rad,
     grasped_ring,
     opening_rad,
-    spread_direction,
 )
+from controller.expert.traction import spread_direction
 from controller.kinematics import inverse_kinematics
 from controller.safety.geometry.collision import CollisionModel
 from controller.safety.geometry.link_cores import FINGERS

@@ -12,13 +12,12 @@ from controller.safety.bounds import Bounds, approach_share
 from controller.safety.exemption import FIRM
 from controller.safety.geometry.collision import NearPairs
 from controller.safety.geometry.link_cores import FINGERS, SHAFT
+from controller.safety.obstacles import MARGIN_M, TUBE_MARGIN_M
 from controller.safety.situation import Situation
 from tissue_sim.patient.at_risk import AT_RISK
 from tissue_sim.tools.instruments import Instrument
 
 KEEP_OUT = "keep-out"
-MARGIN_M = 0.0005  # assumed: more than the arms give way and lag
-TUBE_MARGIN_M = 0.001  # assumed: of a cystic tube, which moves by itself
 STEADY = FIRM | frozenset(AT_RISK)  # the ligament holds the structures at risk
 TIME_CONSTANT_S = 0.1  # assumed: at 1 cm from the margin 0.1 m/s
 LEAVE_M_S = 0.01  # speed at which an instrument moves out, assumed

@@ -7,7 +7,7 @@ from torch import Tensor
 
 from controller.diffusion.scene.jaw_sides import OFFS_M, free_side, lines_at_risk_m, rooms_m
 from controller.diffusion.scene.places import Places, places_on
-from controller.expert.approach import Approach
+from controller.expert.approaches import Approach
 from controller.expert.jaw_room import firm_room_m
 from controller.expert.motion import FIRM_ROOM_M
 from controller.expert.targets import clip_pose, clip_stations_m, opening_rad

@@ -24,8 +24,7 @@ from controller.safety.limits.arms import (
     keep_outer_shafts_apart,
     limit_joint_speed,
 )
-from controller.safety.limits.keep_out import TUBE_MARGIN_M
-from controller.safety.obstacles import registered
+from controller.safety.obstacles import TUBE_MARGIN_M, registered
 from controller.safety.proof import AT_RISK_M, DEEPER_M
 from controller.safety.seen_obstacles import ObstaclesSeen
 from planner.instruction import TASKS, Instruction

@@ -23,7 +23,6 @@ from controller.safety.limits.arms import (
 )
 from controller.safety.limits.keep_out import (
     LEAVE_M_S,
-    MARGIN_M,
     TIME_CONSTANT_S,
     keep_out_of_obstacles,
 )
@@ -34,6 +33,7 @@ from controller.safety.limits.tissue import (
     limit_force,
     slow_beside_tubes,
 )
+from controller.safety.obstacles import MARGIN_M
 from tests.controller.safety.field import HOME, TOOLS
 from tests.controller.safety.situations import DUCT, NOTHING, keeps, situation
 from tissue_sim.constants import CONTROL_PERIOD_S
