@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 from controller.expert import traction
 from controller.expert.approach import SAC_ROOM_M, TUBE_ROOM_M
 from controller.expert.arm_room import liver_of, liver_room_m
-from controller.expert.jaw_room import holds_wall, sac_room_m, tube_room_m
+from controller.expert.jaw_room import firm_room_m, holds_wall, sac_room_m, tube_room_m
 from controller.expert.motion import FIRM_ROOM_M, Goal
 from controller.expert.phase import Phase
 from tissue_sim.frames import Array
@@ -51,10 +51,11 @@ class JawPlace:
         T = self.target(world)
         return tube_room_m(world, self.tube, T, self.tool, self.opening_rad) > TUBE_ROOM_M
 
-    def is_off_liver(self, world: World) -> bool:
-        """Return whether the filter would let the open jaws' tips come there, above the liver."""
-        T = self.target(world)
-        return liver_room_m(liver_of(world), T, self.tool, self.opening_rad) > FIRM_ROOM_M
+    def is_clear(self, world: World) -> bool:
+        """Return whether liver and structures at risk leave the open jaws the filter's room."""
+        T, tool, rad = self.target(world), self.tool, self.opening_rad
+        room_m = min(liver_room_m(liver_of(world), T, tool, rad), firm_room_m(world, T, tool, rad))
+        return room_m > FIRM_ROOM_M
 
 
 def exposing(world: World, place: JawPlace) -> Iterator[Phase]:
@@ -72,12 +73,12 @@ def exposing(world: World, place: JawPlace) -> Iterator[Phase]:
 
 
 def _lift(place: JawPlace, world: World) -> Phase | None:
-    if place.is_off_liver(world):
+    if place.is_clear(world):
         return None
     return _phase(
-        "lift the tube off the liver",
+        "lift the tube clear",
         traction.lift,
-        lambda w, time_s: place.is_off_liver(w) or traction.has_lifted(w, place.tube, time_s),
+        lambda w, time_s: place.is_clear(w) or traction.has_lifted(w, place.tube, time_s),
     )
 
 

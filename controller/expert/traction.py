@@ -117,7 +117,7 @@ def has_drawn(world: World, tube: str, time_s: float) -> bool:
 
 
 def lift(world: World, start: Array) -> Goal:
-    """Return a step of the grasper that lifts the tubes off the liver."""
+    """Return a step of the grasper that lifts the tubes off the liver and off what lies behind."""
     return _towards(world, start, -AWAY)
 
 

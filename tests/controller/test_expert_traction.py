@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from controller.expert import traction
+from controller.expert.exposure import JawPlace, exposing
 from controller.expert.jaw_room import side_of_tubes
 from controller.expert.targets import (
     GRASP_BEYOND_M,
@@ -16,6 +17,7 @@ from controller.expert.targets import (
 )
 from tests.worlds import textbook_world
 from tissue_sim.frames import AWAY, LEFT, RIGHT, Array, inverse_pose, transform, unit
+from tissue_sim.patient.at_risk import AT_RISK
 from tissue_sim.patient.textbook import textbook_from_seed
 from tissue_sim.patient.variants import variant
 from tissue_sim.tools.arms import LEFT_ARM
@@ -71,6 +73,24 @@ def test_a_lift_draws_off_the_liver_until_a_tube_is_drawn_out(world: World) -> N
     assert goal is not None
     np.testing.assert_allclose(goal[:3, 3] - here[:3, 3], -traction.PULL_STEP_M * AWAY, atol=1e-9)
     assert traction.has_lifted(world, "duct", 0.0)  # the grasper holds nothing
+
+
+@pytest.mark.parametrize("structure", AT_RISK)
+def test_a_place_beside_a_structure_at_risk_asks_for_a_lift(world: World, structure: str) -> None:
+    """The filter would hold the right tool off it: the grasper lifts the tube first."""
+    line = world.tubes.centres(structure)
+    T = clip_pose(world, "artery", 1)
+    for before_m, clear in ((0.0, False), (0.004, True)):
+        T[:3, 3] = line[len(line) // 2] - (world.tubes.radius_m(structure) + before_m) * T[:3, 2]
+        place = JawPlace(
+            tube="artery",
+            tool=CLIP_APPLIER,
+            opening_rad=0.3,
+            on_wall=True,
+            target=lambda world, open_share=1.0, T=T: T,
+        )
+        assert place.is_clear(world) == clear
+        assert ("lift the tube clear" in [p.name for p in exposing(world, place)]) != clear
 
 
 def test_the_grasper_stays_off_the_end_of_a_second_artery() -> None:
