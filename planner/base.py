@@ -38,6 +38,11 @@ def failed_too_often(task: Task) -> str:
     return f"{task.text!r} has failed {MOST_TRIES} times."
 
 
+def failed_too_long(task: Task) -> str:
+    """Return the reason why a person must do a task that is not tried again, likewise."""
+    return f"{task.text!r} has not succeeded within {MOST_TRIES * PATIENCE_S:.0f} s."
+
+
 def require_instruction(said: object) -> Instruction:
     """Return the output of a planner's `plan`, after a check.
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
-from planner.base import MOST_TRIES, PATIENCE_S, failed_too_often
+from planner.base import MOST_TRIES, PATIENCE_S, failed_too_long, failed_too_often
 from planner.instruction import Instruction
 from planner.policy_setup import PolicySetup, privileged
 from planner.procedure.cholecystectomy import CHOLECYSTECTOMY, duct_first
@@ -24,7 +24,8 @@ class PlannerScripted:
 
     When a clip or a cut has not succeeded within `PATIENCE_S`, the planner requests a retraction,
     and then the same task again. When the gallbladder has slipped out of the grasper, the planner
-    requests a retraction and another grab. After `MOST_TRIES` it gives up and calls for a person.
+    requests a retraction and another grab. After `MOST_TRIES` it gives up and calls for a person,
+    and so it does where a grab has not succeeded within as many times `PATIENCE_S`.
     On a tube without room for three clips it leaves the second clip out, and the third tube's tasks
     where there is none. An anatomy that it cannot
     treat (`why_call`) is left to a person before the first clip.
@@ -61,7 +62,7 @@ class PlannerScripted:
     def plan(self, observation: Observation) -> Instruction:
         """Return the first task in the order that is not over; the last one when all are over."""
         task, now_s = self._order[self._index], observation.time_s
-        if (why := self._why_call(task)) is not None:
+        if (why := self._why_call(task, now_s)) is not None:
             return Instruction(task=task, hold=True, call=True, remark=why, time_s=now_s)
         if self._backing_off:
             if right_arm_back(self._world):
@@ -82,10 +83,13 @@ class PlannerScripted:
             return self._procedure.tasks
         return duct_first("right" if anatomy.structure("right") == "duct" else "left")
 
-    def _why_call(self, task: Task) -> str | None:
+    def _why_call(self, task: Task, now_s: float) -> str | None:
         """Return the reason why a person must be called now; None if there is no reason."""
         if self._tries > MOST_TRIES:
             return failed_too_often(task)
+        over = self._backing_off or task_over(task, self._world)
+        if task.grasps and not over and now_s - self._since_s > MOST_TRIES * PATIENCE_S:
+            return failed_too_long(task)
         if not untouched(self._world):
             return None
         return why_call(self._procedure, self._world.anatomy)

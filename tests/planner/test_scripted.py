@@ -172,6 +172,15 @@ def test_a_task_that_has_failed_often_enough_is_left_to_a_person(at_the_tubes):
     assert [s.task for s in tried].count(BACK_FROM_FIRST_CLIP) == MOST_TRIES
 
 
+def test_a_grab_that_does_not_succeed_is_left_to_a_person(untouched):
+    planner, start = PlannerScripted(untouched), untouched.observe()
+    for share, calls in ((0.0, False), (0.99, False), (1.01, True)):
+        time_s = start.time_s + share * MOST_TRIES * PATIENCE_S
+        said = planner.plan(replace(start, time_s=time_s))
+        assert (said.task, said.call) == (GRAB, calls)
+    assert said.remark == f"{GRAB.text!r} has not succeeded within 36 s."
+
+
 def test_after_a_reset_it_starts_at_the_first_task(at_the_tubes, approach):
     planner = PlannerScripted(at_the_tubes)
     assert ask(planner, at_the_tubes) == FIRST_CLIP
