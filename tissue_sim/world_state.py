@@ -19,6 +19,7 @@ from tissue_sim.patient.tubes import Tubes
 from tissue_sim.state_check import Bound, brief, require_like, require_within
 from tissue_sim.surgery.leak import HOLE, SIDES
 from tissue_sim.surgery.record import Record
+from tissue_sim.tools.clips import CLIPS
 
 # Assumed: how far a joint may be pushed beyond its limit (rad; insertion m). Under random commands,
 # arms that press on each other reached 0.05, single fingers 0.47.
@@ -63,6 +64,8 @@ def require_state(
     _require_mounted(state["arms"]["mounted"])
     _require_topology(state["tissue"], tissue)
     _require_history(state["record"], tubes)
+    if state["record"].pull is None and state["tissue"]["load"].any():
+        raise ValueError("state/tissue/load: it is not 0; expected: 0, as the record has no pull")
 
 
 def _sizes(tissue: Tissue) -> dict[str, Bound]:
@@ -143,6 +146,9 @@ def _require_history(record: Record, tubes: Tubes) -> None:
         if not 0 <= place.ring < n_ring:
             raise ValueError(f"state/record: ring {place.ring} of the {place.tube} of {n_ring}")
     for clip in record.clips:
+        if clip.kind != CLIPS.get(clip.kind.name):
+            kind = clip.kind.name
+            raise ValueError(f"state/record: clip {clip.number} is no {kind} clip of `CLIPS`")
         if clip.places_m.shape != (len(clip.vertices), 3):
             raise ValueError(f"state/record: clip {clip.number} has places {clip.places_m.shape}")
         for place, rings in zip(clip.crossings, clip.rings, strict=False):

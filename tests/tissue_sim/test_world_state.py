@@ -176,6 +176,11 @@ def test_both_right_tools_cannot_be_mounted(treated: World, saved: dict[str, Any
         )
 
 
+def test_a_load_without_a_pull_is_refused(treated: World, saved: dict[str, Any]) -> None:
+    load = np.ones_like(saved["tissue"]["load"])
+    assert_refused(treated, with_value(saved, ("tissue", "load"), load), "no pull")
+
+
 def spoiled_records(record: Record) -> dict[str, Any]:
     clip, cut = record.clips[-1], record.cuts[-1]
     crossing = clip.crossings[0]
@@ -192,6 +197,7 @@ def spoiled_records(record: Record) -> dict[str, Any]:
         "vertex": replace(record, clips=(replace(clip, vertices=(10**6,)),)),
         "negative vertex": replace(record, clips=(replace(clip, vertices=(-1,)),)),
         "link": replace(record, clips=(replace(clip, links=(LINK_CAPACITY,)),)),
+        "kind": replace(record, clips=(replace(clip, kind=replace(clip.kind, width_m=0.002)),)),
         "complete": replace(record, clips=(replace(clip, complete=()),)),
         "pose": replace(record, clips=(replace(clip, T_world_clip=np.eye(3)),)),
         "pose of objects": replace(record, clips=(replace(clip, T_world_clip=np.array([None])),)),
