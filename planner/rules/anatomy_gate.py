@@ -9,7 +9,7 @@ from collections.abc import Iterator
 
 from planner.scene.duct_side import structure_seen
 from planner.scene.next_task import applier_on
-from tissue_sim.outcome.clip_rule import FEWEST_CLIPS, needed_m
+from tissue_sim.outcome.clip_rule import FEWEST_CLIPS, needed_m, too_short
 from tissue_sim.sensing.observation import Observation
 
 # By how many standard deviations a tube must look too short. Before the first clip is due a call
@@ -48,10 +48,7 @@ class AnatomyGate:
             if observation.is_severed(side):
                 continue
             if needs_m - length_m > (DUE if due else SURE) * observation.length_std_m(side):
-                yield (
-                    f"The {tube} looks {1e3 * length_m:.1f} mm long: a clip on either side of"
-                    f" a cut needs {1e3 * needs_m:.1f} mm."
-                )
+                yield too_short(f"The {tube} looks", length_m, needs_m)
 
 
 def _is_untouched(observation: Observation) -> bool:

@@ -84,6 +84,22 @@ def needed_m(structure: str, applier: Instrument, n_clips: int = USUAL_CLIPS) ->
     return least_m + applier.half_jaw_m + CLEAR_M - high_margin_m(structure, applier)
 
 
+def too_short(looks: str, length_m: float, needs_m: float) -> str:
+    """Return in words that a tube is too short; lengths that are nearly equal get more digits.
+
+    Args:
+        looks: The sentence's begin, such as "The duct looks".
+        length_m: Length of the tube, below `needs_m`.
+        needs_m: Length that two clips and a cut need.
+    """
+    length_mm, needs_mm = 1e3 * length_m, 1e3 * needs_m
+    digits = next((n for n in range(1, 6) if round(length_mm, n) < round(needs_mm, n)), 6)
+    return (
+        f"{looks} {length_mm:.{digits}f} mm long: a clip on either side of a cut needs"
+        f" {needs_mm:.{digits}f} mm."
+    )
+
+
 def clips_needed(structure: str, length_m: float, applier: Instrument) -> int:
     """Return how many clips a tube of this length must have before it is cut."""
     short = structure in LOW_ROOM_M and length_m < needed_m(structure, applier)

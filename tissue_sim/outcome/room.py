@@ -6,7 +6,7 @@ decides by it whether a call was right.
 
 from __future__ import annotations
 
-from tissue_sim.outcome.clip_rule import FEWEST_CLIPS, needed_m
+from tissue_sim.outcome.clip_rule import FEWEST_CLIPS, needed_m, too_short
 from tissue_sim.patient.anatomy import Anatomy
 from tissue_sim.tools.instruments import applier_for
 
@@ -26,9 +26,4 @@ def why_call(anatomy: Anatomy) -> str | None:
 def _too_short(tube: str, length_m: float, diameter_m: float) -> str:
     """Return in words that a tube has no room for the clips of its width; "" if it has."""
     needs_m = needed_m(tube, applier_for(diameter_m), FEWEST_CLIPS)
-    if length_m >= needs_m:
-        return ""
-    return (
-        f"The {tube} is {1e3 * length_m:.1f} mm long: a clip on either side of a cut needs"
-        f" {1e3 * needs_m:.1f} mm."
-    )
+    return too_short(f"The {tube} is", length_m, needs_m) if length_m < needs_m else ""

@@ -44,7 +44,7 @@ class Variant:
 VARIANTS: dict[str, Variant] = {
     "textbook": Variant(),
     # the shortest duct has just enough room for three clips and a cut
-    "short-duct": Variant(drawn={"duct_length_m": (0.0183, 0.0198)}),
+    "short-duct": Variant(drawn={"duct_length_m": (0.0123, 0.0138)}),
     "wide-duct": Variant(drawn={"duct_diameter_m": (0.0042, 0.0050)}),
     "artery-in-front": Variant(drawn={"artery_length_m": CROSSING_LENGTH_M, **IN_FRONT}),
     "artery-behind": Variant(drawn={"artery_length_m": CROSSING_LENGTH_M, **BEHIND}),

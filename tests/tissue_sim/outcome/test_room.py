@@ -1,5 +1,6 @@
 """Tests of the rule for calling a person: what must fit on a tube, and who is told why."""
 
+import re
 from dataclasses import replace
 
 import numpy as np
@@ -160,6 +161,13 @@ def test_the_reason_names_both_lengths() -> None:
         "The duct is 6.2 mm long: a clip on either side of a cut needs"
         f" {1e3 * needed_m('duct', SLIM_APPLIER, FEWEST_CLIPS):.1f} mm."
     )
+
+
+def test_a_tube_is_never_said_to_be_as_long_as_it_needs_to_be() -> None:
+    needs_m = needed_m("duct", SLIM_APPLIER, FEWEST_CLIPS)
+    why = why_call(patient(duct_length_m=needs_m - HAIR_M, duct_diameter_m=0.003)) or ""
+    is_mm, needs_mm = map(float, re.findall(r"[0-9.]+(?= mm)", why))
+    assert is_mm < needs_mm
 
 
 @pytest.mark.parametrize("name", ["artery-in-front", "artery-behind"])
