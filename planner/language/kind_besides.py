@@ -9,7 +9,7 @@ from unicodedata import normalize
 from planner.command import COMMANDS
 from planner.language.reading import Reading
 from planner.language.rules.claims import claims_in
-from planner.language.rules.questions import QUESTIONS, question_in
+from planner.language.rules.questions import QUESTIONS, asks_which, question_in
 from planner.language.rules.small_talk import is_small_talk
 from planner.language.rules.warning import warns, warns_mildly
 
@@ -28,7 +28,8 @@ def kind_besides(ruled: Reading, english: str, danger: str) -> tuple[Kind | None
     text, order, warned = ruled.text, ruled.command, ruled.by == "warning"
     stops = order in (STOP, PAUSE) and not (warns(text) or warns(english))  # "freezing"
     ordered = order is not None and not (order.deed or warned or stops)
-    if ordered or ruled.agrees or ruled.speed or ruled.applier or (warned and danger):
+    which = ruled.question == "which" and asks_which(english)
+    if ordered or which or ruled.agrees or ruled.speed or ruled.applier or (warned and danger):
         return None, False
     from planner.language.kind_head import (  # PyTorch: seconds, once
         LETS_ACT,

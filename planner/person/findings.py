@@ -13,7 +13,7 @@ from planner.procedure.cholecystectomy import CHOLECYSTECTOMY
 from planner.procedure.procedure import Procedure
 from planner.scene.duct_side import duct_side, from_neck_m, side_confidence, structure_seen, tube_of
 from planner.scene.in_words import joined, way_in_words
-from planner.scene.next_task import clips_needed_on, clips_on, lying_on
+from planner.scene.next_task import applier_on, clips_needed_on, clips_on, lying_on
 from planner.scene.predicates import has_slipped, is_low, traction_n
 from tissue_sim.frames import Array
 from tissue_sim.patient.tube_names import TUBES, Tube
@@ -21,7 +21,7 @@ from tissue_sim.sensing.observation import MAX_CLIPS, N_LINE, Observation
 from tissue_sim.sensing.polyline import nearest_on, place_on
 from tissue_sim.thresholds import HELD_PINCH_N
 from tissue_sim.tools.arms import LEFT_ARM, RIGHT_ARM
-from tissue_sim.tools.instruments import INSTRUMENTS
+from tissue_sim.tools.instruments import INSTRUMENTS, clip_of
 
 SURELY = 0.99  # a higher probability is reported as more than this: no model is that good
 AT_RISK: tuple[Thing, ...] = ("common bile duct", "hepatic artery")
@@ -117,16 +117,27 @@ def held(asked: Asked) -> str:
 def which(asked: Asked) -> str:
     """Return in words the duct's tube, the confidence, and the tube at which the robot works.
 
-    A question that names the third tube gets the answer whether there is one. A question that names
-    a tool or a clip gets the answer which tool is mounted.
+    A question that names a tube gets its size, too, and one that names the third tube the answer
+    whether there is one. A question that names a tool or a clip gets the answer which tool is
+    mounted.
     """
+    sized = f" {_size(asked.tube, asked.observation)}" if asked.tube and not asked.lacks else ""
     if asked.tube == "third":
-        return _third(asked.observation)
+        return f"{_third(asked.observation)}{sized}"
     if asked.about in ("left tool", "right tool", "clip"):
         return _tool(LEFT_ARM if asked.about == "left tool" else RIGHT_ARM, asked.observation)
     works = asked.instruction.task.tube
     at_hand = f" I work on the {structure_seen(works, asked.observation)} now." if works else ""
-    return f"{_side(asked.observation)}{at_hand}"
+    return f"{_side(asked.observation)}{at_hand}{sized}"
+
+
+def _size(tube: Tube, observation: Observation) -> str:
+    """Return in words a tube's length at rest, its width, and the clips that it takes."""
+    kind, needed = clip_of(applier_on(tube, observation)), clips_needed_on(tube, observation)
+    return (
+        f"The {structure_seen(tube, observation)} looks {1e3 * observation.length_m(tube):.0f} mm"
+        f" long and {2e3 * observation.radius_m(tube):.1f} mm wide: {needed} {kind.name} clips."
+    )
 
 
 def _tool(arm: int, observation: Observation) -> str:

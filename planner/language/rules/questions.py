@@ -37,17 +37,22 @@ def question_in(text: str) -> Question | None:
     lists = phrase_lists("questions")
     begins = _RE["before"].sub("", words)
     asks = whole_words(lists["asks"]["beginnings"]).match(begins) or text.rstrip().endswith("?")
-    if (
-        not asks
-        or (_RE["states"].match(begins) and not text.rstrip().endswith("?"))
-        or _RE["requests"].search(words)
-    ):
+    if not asks or (_RE["states"].match(begins) and not text.rstrip().endswith("?")):
         return None
-    if whole_words(lists["first"]["which"]).search(words):
+    if asks_which(text):
         return "which"
+    if _RE["requests"].search(words):
+        return None
     kinds, of_artery = lists["questions"], with_artery(words)
     said = {kind: words if kind == "which" else of_artery for kind in QUESTIONS}
     return next((kind for kind in QUESTIONS if whole_words(kinds[kind]).search(said[kind])), None)
+
+
+def asks_which(text: str) -> bool:
+    """Return whether a question is about the tools, or a tube's size and clips, beyond doubt."""
+    return bool(
+        whole_words(phrase_lists("questions")["first"]["which"]).search(in_plain_letters(text))
+    )
 
 
 def thing_in(text: str) -> Thing | None:

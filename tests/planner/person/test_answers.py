@@ -52,6 +52,17 @@ def test_the_distance_is_that_of_the_right_tip():
     assert "12 mm from the common bile duct" in told
 
 
+@pytest.mark.parametrize("tube", ["left", "right", "third"])
+def test_a_question_about_a_tube_is_answered_with_its_size_and_clips(tube):
+    seen = clipped()
+    there = seen if tube in seen.tubes else replace(seen, third_tube=1.0)
+    radius_m = writable(there).tube_radius_m
+    radius_m[["left", "right", "third"].index(tube)] = 0.0013
+    told = answer("which", CLIP, replace(there, tube_radius_m=radius_m), f"{tube} tube")
+    assert f" {1e3 * there.length_m(tube):.0f} mm long and 2.6 mm wide" in told
+    assert told.endswith(" medium titanium clips.")
+
+
 def seen_within(std_m, **clips):
     """Return an observation whose points are known so well; clips that are not on have no error."""
     seen = clipped(**clips)
