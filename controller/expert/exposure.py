@@ -20,6 +20,7 @@ if TYPE_CHECKING:
     from tissue_sim.world import World
 
 WALL_SPARE_M = 0.0004  # by which the gallbladder's wall is drawn out of the jaws' way; assumed
+LOST_M = 0.0001  # a lift that takes so much room ends; assumed
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -51,11 +52,10 @@ class JawPlace:
         T = self.target(world)
         return tube_room_m(world, self.tube, T, self.tool, self.opening_rad) > TUBE_ROOM_M
 
-    def is_clear(self, world: World) -> bool:
-        """Return whether liver and structures at risk leave the open jaws the filter's room."""
+    def room_behind_m(self, world: World) -> float:
+        """Return the gap from the open jaws to the liver and to firm obstacles, m."""
         T, tool, rad = self.target(world), self.tool, self.opening_rad
-        room_m = min(liver_room_m(liver_of(world), T, tool, rad), firm_room_m(world, T, tool, rad))
-        return room_m > FIRM_ROOM_M
+        return min(liver_room_m(liver_of(world), T, tool, rad), firm_room_m(world, T, tool, rad))
 
 
 def exposing(world: World, place: JawPlace) -> Iterator[Phase]:
@@ -73,13 +73,16 @@ def exposing(world: World, place: JawPlace) -> Iterator[Phase]:
 
 
 def _lift(place: JawPlace, world: World) -> Phase | None:
-    if place.is_clear(world):
+    """Return the phase that lifts the tube while that makes room behind it; None: there is room."""
+    least_m = place.room_behind_m(world) - LOST_M
+
+    def done(world: World, time_s: float) -> bool:
+        gains = least_m < place.room_behind_m(world) < FIRM_ROOM_M
+        return not gains or traction.has_lifted(world, place.tube, time_s)
+
+    if place.room_behind_m(world) > FIRM_ROOM_M:
         return None
-    return _phase(
-        "lift the tube clear",
-        traction.lift,
-        lambda w, time_s: place.is_clear(w) or traction.has_lifted(w, place.tube, time_s),
-    )
+    return _phase("lift the tube clear", traction.lift, done)
 
 
 def _aside(place: JawPlace, world: World) -> Phase | None:
