@@ -6,13 +6,15 @@ import numpy as np
 import pytest
 
 from planner.instruction import TASKS, Assessment, Instruction
-from planner.language.rules.questions import QUESTIONS
+from planner.language.rules.questions import QUESTIONS, Thing
 from planner.person.answers import answer
 from tests.planner.observations import clipped, writable
+from tissue_sim.patient.tube_names import TUBES, Tube
 from tissue_sim.sensing.observation import N_LINE, N_POINTS
 from tissue_sim.thresholds import HELD_PINCH_N
 
 CLIP = Instruction(task=TASKS[3])
+NAMES: dict[Tube, Thing] = {"left": "left tube", "right": "right tube", "third": "third tube"}
 
 
 @pytest.mark.parametrize("question", QUESTIONS)
@@ -52,13 +54,13 @@ def test_the_distance_is_that_of_the_right_tip():
     assert "12 mm from the common bile duct" in told
 
 
-@pytest.mark.parametrize("tube", ["left", "right", "third"])
+@pytest.mark.parametrize("tube", TUBES)
 def test_a_question_about_a_tube_is_answered_with_its_size_and_clips(tube):
     seen = clipped()
     there = seen if tube in seen.tubes else replace(seen, third_tube=1.0)
     radius_m = writable(there).tube_radius_m
-    radius_m[["left", "right", "third"].index(tube)] = 0.0013
-    told = answer("which", CLIP, replace(there, tube_radius_m=radius_m), f"{tube} tube")
+    radius_m[TUBES.index(tube)] = 0.0013
+    told = answer("which", CLIP, replace(there, tube_radius_m=radius_m), NAMES[tube])
     assert f" {1e3 * there.length_m(tube):.0f} mm long and 2.6 mm wide" in told
     assert told.endswith(" medium titanium clips.")
 
