@@ -28,11 +28,14 @@ def between_jaws_seen(observation: Observation, before: frozenset[str] = NOTHING
     found = {
         name
         for name, line in lines_seen(observation).items()
-        if crosses(
-            transform(T_tool_endoscope, line.points_m),
-            line.radius_m,
-            reach_m,
-            float(line.std_m.mean()),
+        if any(
+            crosses(
+                transform(T_tool_endoscope, part_m),
+                line.radius_m,
+                reach_m,
+                float(line.std_m.mean()),
+            )
+            for part_m in line.parts_m()
         )
     }
     axis, wall_m = transform(T_tool_endoscope, observation.sac_m), observation.sac_radius_m

@@ -72,6 +72,23 @@ class LineSeen:
     std_m: Array
     severed: bool = False
 
+    def parts_m(self) -> list[Array]:
+        """Return the points (n, 3) of the parts: one, or the stump and what hangs beyond the cut.
+
+        The longest piece of the line spans the cut: either part takes half a usual piece.
+        """
+        points, pieces = self.points_m, np.diff(self.points_m, axis=0)
+        if not self.severed:
+            return [points]
+        cut = int(np.linalg.norm(pieces, axis=1).argmax())
+        below, above = max(cut - 1, 0), min(cut + 1, len(pieces) - 1)
+        stump_end = points[cut] + 0.5 * pieces[below]
+        hanging_end = points[cut + 1] - 0.5 * pieces[above]
+        return [
+            np.concatenate([points[: cut + 1], stump_end[None]]),
+            np.concatenate([hanging_end[None], points[cut + 1 :]]),
+        ]
+
 
 def lines_seen(observation: Observation) -> dict[str, LineSeen]:
     """Return the lines of the tubes that are there and of the structures at risk, by name."""
@@ -158,15 +175,8 @@ def _capsules(line: LineSeen) -> tuple[Array, Array, Array]:
     """Return starts, ends and radii of capsules; uncertain capsules are thicker.
 
     Of a severed tube only the part that stays in the body is an obstacle. The other part hangs on
-    the gallbladder, and may be touched like the gallbladder. The longest piece of the line spans
-    the cut: the stump takes half a usual piece.
+    the gallbladder, and may be touched like the gallbladder.
     """
-    start, end = line.points_m[:-1], line.points_m[1:]
-    std_m = np.maximum(line.std_m[:-1], line.std_m[1:])
-    radii_m = line.radius_m + np.minimum(UNSURE * std_m, MOST_M)
-    if not line.severed:
-        return start, end, radii_m
-    cut = int(np.linalg.norm(end - start, axis=1).argmax())
-    below = max(cut - 1, 0)
-    stump_end = start[cut] + 0.5 * (end[below] - start[below])
-    return start[: cut + 1], np.concatenate([end[:cut], stump_end[None]]), radii_m[: cut + 1]
+    stays = line.parts_m()[0]
+    std_m = np.maximum(line.std_m[:-1], line.std_m[1:])[: len(stays) - 1]
+    return stays[:-1], stays[1:], line.radius_m + np.minimum(UNSURE * std_m, MOST_M)

@@ -6,11 +6,13 @@ import numpy as np
 import pytest
 
 from controller.safety.jaws_seen import between_jaws_seen
+from planner.scene.duct_side import tube_of
 from tests.tissue_sim.kinds import POLYMER
 from tests.tissue_sim.verification.bodies import astride
 from tests.worlds import textbook_world
-from tissue_sim.frames import inverse_pose
+from tissue_sim.frames import inverse_pose, unit
 from tissue_sim.patient.organ import TUBES
+from tissue_sim.patient.tube_names import USUAL_TUBES
 from tissue_sim.patient.tubes import GALLBLADDER, between_jaws
 from tissue_sim.sensing.observation import Observation
 from tissue_sim.tools.arms import RIGHT_ARM
@@ -36,6 +38,21 @@ def seen_with_tool_at(world: World, T_world_tool: np.ndarray) -> Observation:
 def test_jaws_about_the_middle_of_a_tube_have_that_tube_between_them(world, tube):
     T = astride(world.tubes, tube, 0.5 * world.tubes.length_m[tube], beyond_m=POLYMER.length_m / 2)
     assert between_jaws_seen(seen_with_tool_at(world, T)) == {tube}
+
+
+@pytest.mark.parametrize("tube", TUBES)
+def test_jaws_in_the_gap_of_a_cut_tube_have_nothing_between_them(world, tube):
+    T = astride(world.tubes, tube, 0.5 * world.tubes.length_m[tube], beyond_m=POLYMER.length_m / 2)
+    seen = seen_with_tool_at(world, T)
+    k = USUAL_TUBES.index(tube_of(tube, seen))
+    tubes_m, severed = seen.tubes_m.copy(), seen.severed.copy()
+    half, apart_m = len(tubes_m[k]) // 2, 0.006 * unit(tubes_m[k, -1] - tubes_m[k, 0])
+    tubes_m[k, :half] -= apart_m
+    tubes_m[k, half:] += apart_m
+    severed[k] = True
+    whole = replace(seen, tubes_m=tubes_m)
+    assert between_jaws_seen(whole) == {tube}
+    assert between_jaws_seen(replace(whole, severed=severed)) == set()
 
 
 def test_jaws_at_home_have_nothing_between_them(world):
