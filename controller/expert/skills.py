@@ -181,8 +181,9 @@ def _grab(opening: float) -> tuple[tuple[Phase, ...], tuple[Phase, ...]]:
     astride = go_to(arm, "astride the infundibulum", grasp_pose, opening, speed_m_s=NEAR_SPEED_M_S)
     close = Phase(name="close until it is firm", arm=arm, goal=_pinch, done=_pinched)
     pull = Phase(name="pull the tubes straight", arm=arm, goal=traction.pull, done=traction.pulled)
+    swing = Phase(name="swing to the slack tube", arm=arm, goal=traction.swing, done=traction.swung)
     part = Phase(name="spread the tubes", arm=arm, goal=traction.spread, done=traction.is_spread)
-    return (stand, astride), (close, pull, part, stay(arm))
+    return (stand, astride), (close, pull, swing, part, stay(arm))
 
 
 def _close_on(

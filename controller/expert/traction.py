@@ -26,6 +26,7 @@ if TYPE_CHECKING:
 
 PULL_STEP_M, PULL_SPEED_M_S = 0.004, 0.006  # assumed, as the forces and times below
 PULL_MIN_N, PULL_MAX_N = 2.0 * GRASP_MIN_TRACTION_N, 2.5  # some is lost as tissue settles
+SWING_MAX_N = 3.5  # while a straight tube turns about its fixed end
 ASIDE_MAX_N = 1.0  # draws the gallbladder aside: a thin artery bears little more
 TIGHT_STRETCH = 1.1  # of a thin tube, which a small pull straightens; assumed
 DRAWN_STRETCH = 1.0 + 0.9 * (MAX_STRETCH - 1.0)  # of a tube, by the arms; assumed
@@ -66,6 +67,25 @@ def pulled(world: World, time_s: float) -> bool:
     traction_n = world.record.grasp.traction_n
     enough = taut(world.tubes) and traction_n > PULL_MIN_N
     return enough or traction_n > PULL_MAX_N or time_s > PHASE_MAX_S
+
+
+def swing(world: World, start: Array) -> Goal:
+    """Return a step of the grasper that straightens the slack tubes, across the straight ones."""
+    tubes = world.tubes
+    way = pull_direction(tubes)
+    for tube in TUBES:
+        centres = tubes.centres(tube)
+        along = unit(centres[-1] - centres[0])
+        if taut(tubes, (tube,)):
+            way = way - max(way @ along, 0.0) * along
+    return _towards(world, start, unit(way))
+
+
+def swung(world: World, time_s: float) -> bool:
+    """Return whether all tubes are straight, or none is, or the grasper pulls too hard."""
+    straight = [taut(world.tubes, (tube,)) for tube in TUBES]
+    traction_n = world.record.grasp.traction_n
+    return all(straight) or not any(straight) or traction_n > SWING_MAX_N or time_s > DRAW_MAX_S
 
 
 def spread(world: World, start: Array) -> Goal:

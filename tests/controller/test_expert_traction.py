@@ -68,6 +68,26 @@ def test_the_nearest_tube_is_found_on_its_side_of_the_jaws(world: World) -> None
     assert artery @ LEFT < 0.0
 
 
+def test_a_swing_straightens_the_slack_tube_and_draws_the_straight_one_no_further(
+    world: World,
+) -> None:
+    """A wide gallbladder may straighten one tube long before the other."""
+    assert traction.swung(world, 0.0)  # both are slack
+    middles = world.organ.rings["duct"][: world.organ.neck_ring["duct"] + 1, 0]
+    x, centres = world.tissue.positions(), world.tubes.centres("duct")
+    along = unit(centres[-1] - centres[0])
+    far_m = np.linspace(0.0, world.tubes.length_m["duct"], len(middles))[:, None]
+    x[middles] = x[middles[0]] + far_m * along
+    assert not traction.swung(world, 0.0)
+    here = world.arms.T_world_tool()[LEFT_ARM]
+    goal = traction.swing(world, here).T_world_tool
+    assert goal is not None
+    step = goal[:3, 3] - here[:3, 3]
+    artery = world.tubes.centres("artery")
+    assert step @ along < 1e-6
+    assert step @ (artery[-1] - artery[0]) > 0.0
+
+
 def test_a_lift_draws_off_the_liver_until_a_tube_is_drawn_out(world: World) -> None:
     here = world.arms.T_world_tool()[LEFT_ARM]
     goal = traction.lift(world, here).T_world_tool
