@@ -28,6 +28,6 @@ def test_it_goes_forward_with_a_clip_and_back_once_the_clip_is_lost():
         world.step(JointCommand(joints=world.target))
     assert advance_m(expert, world) < 0
     world.equip("clip_applier")
-    room_first, then = advance_m(expert, world), advance_m(expert, world)
-    assert room_first >= 0  # the grasper may make room, which takes a chunk where it holds nothing
-    assert then > 0
+    ways_m = [advance_m(expert, world) for _ in range(3)]  # the grasper may make room first
+    assert min(ways_m) >= 0
+    assert ways_m[-1] > 0
