@@ -27,8 +27,8 @@ class PlannerScripted:
     requests a retraction and another grab. After `MOST_TRIES` it gives up and calls for a person,
     and so it does where a grab has not succeeded within as many times `PATIENCE_S`.
     On a tube without room for three clips it leaves the second clip out, and the third tube's tasks
-    where there is none. An anatomy that it cannot
-    treat (`why_call`) is left to a person before the first clip.
+    where there is none. An anatomy that it cannot treat (`why_call`) is left to a person before the
+    first clip.
     """
 
     privileged = True
@@ -87,8 +87,8 @@ class PlannerScripted:
         """Return the reason why a person must be called now; None if there is no reason."""
         if self._tries > MOST_TRIES:
             return failed_too_often(task)
-        over = self._backing_off or task_over(task, self._world)
-        if task.grasps and not over and now_s - self._since_s > MOST_TRIES * PATIENCE_S:
+        late = now_s - self._since_s > MOST_TRIES * PATIENCE_S and not self._backing_off
+        if task.grasps and late and not task_over(task, self._world):
             return failed_too_long(task)
         if not untouched(self._world):
             return None

@@ -74,14 +74,14 @@ def exposing(world: World, place: JawPlace) -> Iterator[Phase]:
 
 def _lift(place: JawPlace, world: World) -> Phase | None:
     """Return the phase that lifts the tube while that makes room behind it; None: there is room."""
-    least_m = place.room_behind_m(world) - LOST_M
+    before_m = place.room_behind_m(world)
+    if before_m > FIRM_ROOM_M:
+        return None
 
     def done(world: World, time_s: float) -> bool:
-        gains = least_m < place.room_behind_m(world) < FIRM_ROOM_M
+        gains = before_m - LOST_M < place.room_behind_m(world) < FIRM_ROOM_M
         return not gains or traction.has_lifted(world, place.tube, time_s)
 
-    if place.room_behind_m(world) > FIRM_ROOM_M:
-        return None
     return _phase("lift the tube clear", traction.lift, done)
 
 

@@ -28,8 +28,8 @@ def kind_besides(ruled: Reading, english: str, danger: str) -> tuple[Kind | None
     text, order, warned = ruled.text, ruled.command, ruled.by == "warning"
     stops = order in (STOP, PAUSE) and not (warns(text) or warns(english))  # "freezing"
     ordered = order is not None and not (order.deed or warned or stops)
-    which = ruled.question == "which" and asks_which(english)
-    if ordered or which or ruled.agrees or ruled.speed or ruled.applier or (warned and danger):
+    plain = ruled.question == "which" and asks_which(english)
+    if ordered or plain or ruled.agrees or ruled.speed or ruled.applier or (warned and danger):
         return None, False
     from planner.language.kind_head import (  # PyTorch: seconds, once
         LETS_ACT,

@@ -19,11 +19,11 @@ def why_call(anatomy: Anatomy) -> str | None:
     """
     sizes_m = {"duct": (anatomy.duct_length_m, anatomy.duct_diameter_m)}
     sizes_m |= {name: (a.length_m, a.diameter_m) for name, a in anatomy.arteries.items()}
-    reasons = (_too_short(tube, *size_m) for tube, size_m in sizes_m.items())
+    reasons = (_reason(tube, *size_m) for tube, size_m in sizes_m.items())
     return " ".join(filter(None, reasons)) or None
 
 
-def _too_short(tube: str, length_m: float, diameter_m: float) -> str:
+def _reason(tube: str, length_m: float, diameter_m: float) -> str:
     """Return in words that a tube has no room for the clips of its width; "" if it has."""
     needs_m = needed_m(tube, applier_for(diameter_m), FEWEST_CLIPS)
     return too_short(f"The {tube} is", length_m, needs_m) if length_m < needs_m else ""
