@@ -9,7 +9,7 @@ from unicodedata import normalize
 from planner.command import COMMANDS
 from planner.language.reading import Reading
 from planner.language.rules.claims import claims_in
-from planner.language.rules.questions import QUESTIONS, asks_which, question_in
+from planner.language.rules.questions import QUESTIONS, asks_plainly, question_in
 from planner.language.rules.small_talk import is_small_talk
 from planner.language.rules.warning import warns, warns_mildly
 
@@ -28,7 +28,7 @@ def kind_besides(ruled: Reading, english: str, danger: str) -> tuple[Kind | None
     text, order, warned = ruled.text, ruled.command, ruled.by == "warning"
     stops = order in (STOP, PAUSE) and not (warns(text) or warns(english))  # "freezing"
     ordered = order is not None and not (order.deed or warned or stops)
-    plain = ruled.question == "which" and asks_which(english)
+    plain = ruled.question is not None and asks_plainly(english)
     if ordered or plain or ruled.agrees or ruled.speed or ruled.applier or (warned and danger):
         return None, False
     from planner.language.kind_head import (  # PyTorch: seconds, once

@@ -39,20 +39,21 @@ def question_in(text: str) -> Question | None:
     asks = whole_words(lists["asks"]["beginnings"]).match(begins) or text.rstrip().endswith("?")
     if not asks or (_RE["states"].match(begins) and not text.rstrip().endswith("?")):
         return None
-    if asks_which(text):
+    if asks_plainly(text):
         return "which"
     if _RE["requests"].search(words):
         return None
+    if whole_words(lists["first"]["which"]).search(words):
+        return "which"
     kinds, of_artery = lists["questions"], with_artery(words)
     said = {kind: words if kind == "which" else of_artery for kind in QUESTIONS}
     return next((kind for kind in QUESTIONS if whole_words(kinds[kind]).search(said[kind])), None)
 
 
-def asks_which(text: str) -> bool:
-    """Return whether a question is about the tools, or a tube's size and clips, beyond doubt."""
-    return bool(
-        whole_words(phrase_lists("questions")["first"]["which"]).search(in_plain_letters(text))
-    )
+def asks_plainly(text: str) -> bool:
+    """Return whether a whole sentence asks for the tubes' number, a tube's size, or its clips."""
+    words = _RE["before"].sub("", in_plain_letters(text)).strip()
+    return bool(whole_words(phrase_lists("questions")["plain"]["which"]).fullmatch(words))
 
 
 def thing_in(text: str) -> Thing | None:

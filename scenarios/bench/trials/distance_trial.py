@@ -116,8 +116,10 @@ def _pass(steps: Iterator[Step], time_s: float) -> None:
 def _corrected(
     episode: Episode, steps: Iterator[Step], when: When, rng: np.random.Generator
 ) -> Iterator[Distance]:
-    """Submit a harmless correction, and yield how far the arm moved until it was at rest."""
+    """Submit a harmless correction, if any, and yield how far the arm moved until at rest."""
     able = [c for c in CORRECTIONS if c.direction and is_harmless(c, episode.world)]
+    if not able:
+        return
     correction = able[rng.choice(len(able))]
     said_m = round(float(rng.uniform(*SIZES_M)), 4)
     (arm,), start_m, told, other_m = correction.rows, _tips_m(episode), "", 0.0

@@ -3,7 +3,7 @@
 import pytest
 
 from planner.language.interpreter import Interpreter
-from planner.language.rules.questions import thing_in
+from planner.language.rules.questions import asks_plainly, thing_in
 from planner.person.premises import Claim
 
 INTERPRETER = Interpreter()
@@ -127,6 +127,25 @@ CUT_DUCT = Claim(claimed="cut", on="duct")
 def test_a_question_is_read_as_one_and_holds_no_arm(kind, text):
     reading = INTERPRETER.read(text)
     assert (reading.question, reading.command, reading.forbids) == (kind, None, ())
+
+
+@pytest.mark.parametrize(
+    ("text", "plain"),
+    [
+        ("How many tubes are there?", True),
+        ("so, how wide is the thirdtube", True),
+        ("what is the length of the left tube?", True),
+        ("which clips will you use on the artery?", True),
+        ("which clips are on the artery?", False),
+        ("how long is the duct going to take", False),
+        ("how long is the duct no no no", False),
+        ("how wide is the duct, something's wrong", False),
+        ("which applier is that, that's the wrong one", False),
+    ],
+)
+def test_only_a_whole_sentence_asks_beyond_doubt_for_a_tube_s_size_or_clips(text, plain):
+    """The kind head has the last word on any other sentence."""
+    assert asks_plainly(text) == plain
 
 
 @pytest.mark.parametrize(
