@@ -59,8 +59,9 @@ class Instruction:
         call: Whether the planner declines and asks for a person. The reason is in `remark`. A call
             goes with `hold`, and ends the episode.
         remark: Remark of the source, for a person to read: the reason for the instruction or hold.
-        left_m: Remaining distance of a person's correction of an arm. None for all other
-            instructions, which last until the source gives another one.
+        left_m: Remaining distance of a correction of an arm. None where no distance was named: the
+            correction lasts until the source gives another instruction.
+        left_rad: Remaining change of the opening in a correction of the jaws, likewise.
         speed: Share of the usual speed that a person wants, above 0 and at most 1.
         forbidden: Acts that a person forbade, in words ("cut duct"), until a person allows them.
 
@@ -81,6 +82,7 @@ class Instruction:
     call: bool = False
     remark: str = ""
     left_m: float | None = None
+    left_rad: float | None = None
     speed: float = 1.0
     forbidden: tuple[str, ...] = ()
 

@@ -22,6 +22,7 @@ from controller.holding import Holding
 from controller.kept_place import KeptPlace
 from controller.tool_place import ToolPlace
 from planner.base import PLANNING_PERIOD_S, Planner, hears_of_success
+from planner.correction_way import CorrectionWay
 from planner.instruction import Instruction
 from planner.language.reading import Reading
 from planner.person.override import PlannerOverridden
@@ -87,7 +88,7 @@ class Episode:
             safety_filter=self.config.safety_filter,
         )
         self._tool_place, self._kept_place, self._holding = ToolPlace(), KeptPlace(), Holding()
-        self._tools = ToolChoice()
+        self._tools, self._correction_way = ToolChoice(), CorrectionWay()
         self._pictures = Pictures(self.config.cameras)
         self._begun = False
         self._back_since_s = math.inf  # all is cut and the arm is back
@@ -175,7 +176,8 @@ class Episode:
         if instruction.text != self._instruction.text:
             self._chunk.clear()
         tool = instruction.tool or self._tools.tool(instruction.task, self.observation)
-        self._instruction = replace(instruction, tool=tool)
+        asked = self._correction_way.update(instruction, self.observation)
+        self._instruction = replace(asked, tool=tool)
 
     def _has_news(self, step: Step) -> bool:
         """Return whether a task of the planner succeeded, and the planner is informed of success.

@@ -14,7 +14,7 @@ from planner.procedure.cholecystectomy import TASKS
 from tissue_sim.constants import CONTROL_HZ
 from tissue_sim.sensing.observation import ENCODED, VECTOR_LAYOUT, VECTOR_SIZE
 
-SCHEMA_VERSION = 6  # raise it when a column is added, dropped or changes its meaning
+SCHEMA_VERSION = 7  # raise it when a column is added, dropped or changes its meaning
 FPS = CONTROL_HZ
 TEXTS = tuple(said.text for said in (*TASKS, *CORRECTIONS))  # `task_index` counts these
 
@@ -50,6 +50,7 @@ ENCODED_SIZE = sum(prod(VECTOR_LAYOUT[name]) for name in ENCODED)
 STATE, TISSUE = "observation.state", "observation.environment_state"  # LeRobot's names
 PICTURES = "observation.images."  # and a camera's name
 PICTURE_SHAPE = (240, 320, 3)  # height, width, channels
+UNNAMED, NOT_FORKED = -1.0, -1
 DEMONSTRATED: dict[str, Feature] = {
     STATE: Feature(dtype="float32", size=ENCODED_SIZE),
     TISSUE: Feature(dtype="float32", size=VECTOR_SIZE - ENCODED_SIZE),
@@ -63,7 +64,9 @@ DEMONSTRATED: dict[str, Feature] = {
     "flag": Feature(dtype="bool"),
     "task": Feature(dtype="int64"),
     "kind": Feature(dtype="string"),
+    "left": Feature(dtype="float32", size=2),
     "expert": Feature(dtype="bool"),
+    "forked_from": Feature(dtype="int64"),
     "segment": Feature(dtype="int64"),
     "seed": Feature(dtype="int64"),
 }
@@ -85,12 +88,17 @@ correction: One of the 18 corrections, or "". It is the given correction or, und
 flag: A correction is needed: an error is not undone yet, or a person gives a correction.
 task: The current task, 1 to 25.
 kind: Kind of the episode: "nominal", "recovery:" and the perturbation's name, "correction",
-    "order", "turns", "rollout" or "intervention". "turns" and "rollout" may also carry a
+    "order", "turns", "rollout", "fork" or "intervention". "turns" and "rollout" may also carry a
     perturbation's name. In a rollout of a learned controller, `task`, `flag` and `correction` are
     the labels that should have been given.
+left: What is left of the correction in force: the arm's distance, m, and the opening of the jaws,
+    rad. -1 where none was named.
 expert: False if a perturbation, noise or a learned controller led the arms. Such frames are not to
     be imitated.
-segment: Increases by one after each tool exchange or hold of the arms, where a policy starts again.
+forked_from: -1, but in forks the `frame_index` of the frame that the fork begins at: from this
+    state the expert carried out another command. Forks come after all other frames.
+segment: Increases by one after each tool exchange or hold of the arms, where a policy starts again,
+    and from fork to fork.
 """
 
 

@@ -51,7 +51,7 @@ class ControllerExpert:
         """Return a tenth of a second of motion."""
         if instruction.correction is not None:
             self._interrupt()
-            goals = correcting(instruction.correction, self._world)
+            goals = correcting(instruction, self._world)
         else:
             goals = self._working(instruction.task, observation)
         chunk = chunk_towards(
@@ -67,7 +67,7 @@ class ControllerExpert:
     def _working(self, task: Task, observation: Observation) -> tuple[Goal, Goal]:
         if task != self._task or lacks_clip(task, self._world) != self._lacks_clip:
             self._begin(task, observation)
-        if self._phase.done(self._world, observation.time_s - self._since_s):
+        while self._phase.done(self._world, observation.time_s - self._since_s):
             self._enter(self._at + 1, observation)
         goals = [Goal(), Goal()]
         goals[self._phase.arm] = self._phase.goal(self._world, self._start)

@@ -16,6 +16,7 @@ from planner.learning.files import write_atomic
 from scenarios.catalogue import ORACLE
 from scenarios.demonstration.mix import (
     CORRECTION,
+    FORK,
     OF_THE_LEARNED,
     ORDER,
     TURNS,
@@ -114,9 +115,12 @@ def _move_videos(demonstration: PlannedDemonstration, part: Path, path: Path) ->
 
 def run(demonstration: PlannedDemonstration, part: Path) -> Demonstrated:
     """Run the demonstration, and film it into files beside `part`; return its frames."""
+    import numpy as np
+
     from controller.dataset.dataset_episode import DatasetEpisode, Header
     from scenarios.demonstration.demonstration_recorder import DemonstrationRecorder
     from scenarios.demonstration.filming import Filming
+    from scenarios.demonstration.forks import Forks
     from scenarios.demonstration.rollout_recorder import RolloutRecorder
     from scenarios.demonstration.turns import expert_acts
     from scenarios.files.strict_json import plain
@@ -125,11 +129,13 @@ def run(demonstration: PlannedDemonstration, part: Path) -> Demonstrated:
 
     seed, kind, cameras = demonstration.seed, demonstration.kind, demonstration.cameras
     episode = begun(demonstration, render=bool(cameras))
+    forks = Forks(episode, np.random.default_rng([0xF0C5, seed]))
     make = RolloutRecorder if demonstration.is_rollout else DemonstrationRecorder
     recorder = make(lambda: expert_acts(episode.controller), filmed=bool(cameras))
     with ExitStack() as filmed:
         filming = [filmed.enter_context(Filming(cameras, part))] if cameras else []
-        result = play(episode, [recorder, *filming], time.perf_counter())
+        forking = [forks] if demonstration.family == FORK else []
+        result = play(episode, [recorder, *forking, *filming], time.perf_counter())
     header = Header(
         seed=seed,
         kind=kind,
@@ -142,7 +148,8 @@ def run(demonstration: PlannedDemonstration, part: Path) -> Demonstrated:
         sense=demonstration.sense,
         checkpoints=checkpoints_of(demonstration),
     )
-    return DatasetEpisode(header=header, columns=recorder.columns(seed, kind))
+    columns = forks.joined(recorder.columns(seed, kind), seed, kind)
+    return DatasetEpisode(header=header, columns=columns)
 
 
 def begun(demonstration: PlannedDemonstration, *, render: bool = False) -> Running:
@@ -219,7 +226,7 @@ def _planner(
     else:
         late = demonstration.noise and demonstration.seed % 2 == 1
         prompt = demonstration.family not in OF_THE_LEARNED and not late
-        order = shuffled_order(rng) if demonstration.family in (ORDER, TURNS) else ()
+        order = shuffled_order(rng) if demonstration.family in (ORDER, TURNS, FORK) else ()
         planner = PlannerScripted(world, order=order, hears_of_success=prompt)
     corrected_by_turns = demonstration.family == TURNS and demonstration.seed % 2 == 1
     if demonstration.family == CORRECTION or corrected_by_turns:

@@ -7,10 +7,11 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from controller.dataset.schema import STATE, TEXTS, TISSUE
+from controller.dataset.schema import NOT_FORKED, STATE, TEXTS, TISSUE, UNNAMED
 from controller.dataset.tables import strings
 from controller.driver import motion_between, rig_in
 from controller.expert.skills import JAW_TIME_S
+from planner.instruction import Instruction
 from scenarios.demonstration.failures import FailureTracker
 from scenarios.demonstration.labels import WINDOW_STEPS, first_correction_of
 from scenarios.loop.results import EpisodeResult
@@ -53,7 +54,7 @@ class DemonstrationRecorder:
         """Observe the first frame exactly."""
         self._world, self._truth = world, Occluded()
         self._exact = self._truth.observe(world, world.observe())
-        self._commanded = self._exact.joints
+        self._commanded = world.target
 
     def on_step(self, step: Step) -> None:
         """Add a frame, except during tool exchanges and holds."""
@@ -68,6 +69,11 @@ class DemonstrationRecorder:
     def on_end(self, result: EpisodeResult) -> None:
         """Keep the episode's result."""
         self.result = result
+
+    @property
+    def has_frames(self) -> bool:
+        """Return whether there is a frame."""
+        return bool(self._frames)
 
     def columns(self, seed: int, kind: str) -> dict[str, np.ndarray]:
         """Return all frames so far as columns, by the names of `schema.demonstrated`.
@@ -98,7 +104,9 @@ class DemonstrationRecorder:
             "flag": np.array(flags),
             "task": np.array([f["task"] for f in frames]),
             "kind": strings([kind] * n),
+            "left": np.array([f["left"] for f in frames], np.float32),
             "expert": np.array([f["expert"] for f in frames]),
+            "forked_from": np.full(n, NOT_FORKED),
             "segment": np.unique([f["segment"] for f in frames], return_inverse=True)[1],
             "seed": np.full(n, seed),
         }
@@ -116,6 +124,7 @@ class DemonstrationRecorder:
             "instruction": step.instruction.text,
             "heard": correction.text if correction else "",
             "task": step.instruction.task.index,
+            "left": left_of(step.instruction),
             "expert": guided or (not step.disturbed and self._expert_acts()),
             "corrected": bool(correction) and step.instruction.source == "human",
             "failed": self._failed and step.asked is not None,
@@ -130,6 +139,13 @@ class DemonstrationRecorder:
             corrections.append(frame["heard"] or wanted)
             flags.append(bool(wanted) or frame["corrected"])
         return corrections, flags
+
+
+def left_of(said: Instruction) -> tuple[float, float]:
+    """Return what is left of a correction: m, and rad; `UNNAMED` where it was not named."""
+    both = said.left_m, said.left_rad
+    left_m, left_rad = (UNNAMED if left is None else max(left, 0.0) for left in both)
+    return left_m, left_rad
 
 
 def _motion_in_words(frames: Sequence[dict[str, Any]], k: int) -> str:

@@ -30,9 +30,9 @@ RECOVERIES = (
 )
 NOMINAL, RECOVERY, CORRECTION = "nominal", "recovery", "correction"
 ORDER, TURNS = "order", "turns"
-ROLLOUT = "rollout"
+ROLLOUT, FORK = "rollout", "fork"
 INTERVENTION = "intervention"  # in no mix: an episode in which a person intervened
-KINDS = NOMINAL, RECOVERY, CORRECTION, ORDER, TURNS, ROLLOUT, INTERVENTION
+KINDS = NOMINAL, RECOVERY, CORRECTION, ORDER, TURNS, ROLLOUT, FORK, INTERVENTION
 OF_THE_LEARNED = TURNS, ROLLOUT
 FAILING = ":"  # between a kind and its scenario: a failure of the recovery set, or a variant
 MIXES: dict[str, tuple[str, ...]] = {  # the kinds alternate from seed to seed
@@ -45,6 +45,7 @@ MIXES: dict[str, tuple[str, ...]] = {  # the kinds alternate from seed to seed
     "turns-recovery": (TURNS + FAILING,),
     "rollouts": (ROLLOUT, ROLLOUT + FAILING),
     "rollouts-recovery": (ROLLOUT + FAILING,),
+    "forks": (FORK, FORK + FAILING),
     "all": (NOMINAL, RECOVERY + FAILING, NOMINAL, CORRECTION),
 }
 LEARNED_MIXES = tuple(m for m, kinds in MIXES.items() if kinds[0].rstrip(FAILING) in OF_THE_LEARNED)
@@ -56,7 +57,7 @@ class PlannedDemonstration:
 
     Attributes:
         seed: Seed of the patient and of all random numbers.
-        kind: One of "nominal", "correction", "order", "turns", "rollout". The forms
+        kind: One of "nominal", "correction", "order", "turns", "rollout", "fork". The forms
             "recovery:NAME", "turns:NAME" and "rollout:NAME" name a perturbation, "nominal:NAME" a
             variant.
         noise: Whether bursts of noise disturb the motion.

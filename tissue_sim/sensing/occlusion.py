@@ -6,6 +6,8 @@ blood and smoke hide nothing here.
 
 from __future__ import annotations
 
+from functools import cache
+
 import numpy as np
 import trimesh
 from numpy.typing import NDArray
@@ -19,7 +21,7 @@ from tissue_sim.sensing.observation import N_POINTS, ROWS, TUBE_POINTS, Observat
 from tissue_sim.sensing.ray_tests import RayMesh, blocked
 from tissue_sim.tools.clips import CLIPS
 from tissue_sim.tools.instrument_meshes import link_parts
-from tissue_sim.tools.instruments import PATCH_LINKS, Instrument
+from tissue_sim.tools.instruments import INSTRUMENTS, PATCH_LINKS
 
 EYES = ("endoscope_left", "wrist_left", "wrist_right")  # the right eye's view equals the left one's
 DEPTH_M = 0.0015  # assumed: depth behind the first surface at which a wall is still visible
@@ -32,7 +34,6 @@ class Occlusion:
     def __init__(self) -> None:
         self._tets: NDArray[np.int32] = np.zeros((0, 4), np.int32)
         self._tissue: RayMesh | None = None
-        self._links: dict[str, list[RayMesh]] = {}
 
     def __reduce__(self) -> tuple[type[Occlusion], tuple[()]]:
         """Copy without meshes, which are made again from the field."""
@@ -54,7 +55,7 @@ class Occlusion:
         self, field: Field, observation: Observation, T_world_eye: Array, points: Array
     ) -> NDArray[np.bool_]:
         """Return (eye, point) whether an object lies before the point."""
-        links = [mesh for tool in field.arms.mounted for mesh in self._meshes(tool)]
+        links = [mesh for tool in field.arms.mounted for mesh in _meshes(tool.name)]
         return blocked(
             T_world_eye[:, :3, 3],
             points,
@@ -75,12 +76,12 @@ class Occlusion:
             self._tissue.move(x)
         return self._tissue
 
-    def _meshes(self, tool: Instrument) -> list[RayMesh]:
-        """Return a tool's links as meshes, each in its own frame, in the order of `PATCH_LINKS`."""
-        if tool.name not in self._links:
-            parts = link_parts(tool)
-            self._links[tool.name] = [_joined([p.mesh for p in parts[k]]) for k in PATCH_LINKS]
-        return self._links[tool.name]
+
+@cache
+def _meshes(name: str) -> tuple[RayMesh, ...]:
+    """Return a tool's links as meshes, each in its own frame, in the order of `PATCH_LINKS`."""
+    parts = link_parts(INSTRUMENTS[name])
+    return tuple(_joined([p.mesh for p in parts[k]]) for k in PATCH_LINKS)
 
 
 def _joined(meshes: list[trimesh.Trimesh]) -> RayMesh:
