@@ -19,10 +19,10 @@ from controller.dataset import layout
 from controller.dataset.choice import ALL, Choice
 from controller.dataset.dataset_episode import DatasetEpisode, Header
 from controller.dataset.part import one_line, require_versions
-from controller.dataset.schema import Feature, features
+from controller.dataset.schema import NOT_FORKED, Feature, features
 from controller.dataset.tables import columns_of, require_features
 from planner.learning.files import from_json
-from tissue_sim.sensing.tracker import sensed_again
+from tissue_sim.sensing.tracker import Fork, sensed_again
 
 _HEADER = ("seed", "kind", "scenario", "success", "world_version", "schema_version")
 _JSON = ("anatomy", "failures", "versions", "cameras")
@@ -148,6 +148,19 @@ def _header(row: dict[str, Any]) -> Header:
 COPIES = 2  # of each episode, each sensed with other errors
 
 
-def sensed_copy(exact: NDArray[np.float32], seed: int, copy: int) -> NDArray[np.float32]:
+def sensed_copy(
+    exact: NDArray[np.float32], seed: int, copy: int, forks: Sequence[Fork] = ()
+) -> NDArray[np.float32]:
     """Return the exact states (n, `VECTOR_SIZE`) of one episode with the errors of this copy."""
-    return sensed_again(exact, np.random.default_rng([0xC0B1E5, seed, copy]))
+    return sensed_again(exact, np.random.default_rng([0xC0B1E5, seed, copy]), forks)
+
+
+def forks_in(forked_from: NDArray[np.int64], segment: NDArray[np.int64]) -> list[Fork]:
+    """Return the forks of an episode, from its columns of these names."""
+    first = np.flatnonzero(np.diff(segment, prepend=-1))
+    ends = np.append(first[1:], len(segment))
+    return [
+        Fork(int(forked_from[begin]), range(begin, end))
+        for begin, end in zip(first.tolist(), ends.tolist(), strict=True)
+        if forked_from[begin] != NOT_FORKED
+    ]

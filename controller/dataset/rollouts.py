@@ -12,11 +12,12 @@ from numpy.typing import NDArray
 from controller.dataset.choice import ALL, Choice
 from controller.dataset.dataset_episode import DatasetEpisode
 from controller.dataset.reader import COPIES, read_episodes, sensed_copy
+from controller.dataset.schema import NOT_FORKED
 from planner.correction import CORRECTIONS
 from planner.learned.rollout import NOT_SAID, Rollout
 from planner.procedure.cholecystectomy import TASKS
 
-COLUMNS = ("privileged.state", "task_index", "task", "flag", "correction", "seed")
+COLUMNS = ("privileged.state", "task_index", "task", "flag", "correction", "seed", "forked_from")
 OTHER_ORDERS = ("order", "turns")  # of tubes, by an instruction that the planner cannot know
 LEARNED = "rollout"
 _CORRECTION = {c.text: k for k, c in enumerate(CORRECTIONS)}
@@ -35,7 +36,8 @@ def rollouts(roots: Iterable[Path], choice: Choice = ALL) -> list[Rollout]:
 
 def rollout_of(episode: DatasetEpisode, copy: int = 0) -> Rollout:
     """Convert one episode, sensed with the errors of this copy."""
-    exact, heard, task, flag, wanted, seed = (episode.columns[name] for name in COLUMNS)
+    unforked = episode.columns["forked_from"] == NOT_FORKED
+    exact, heard, task, flag, wanted, seed = (episode.columns[k][unforked] for k in COLUMNS[:-1])
     corrected = heard >= len(TASKS)
     names = np.where(flag, wanted, "")
     return Rollout(

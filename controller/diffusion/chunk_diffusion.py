@@ -1,4 +1,4 @@
-"""Diffuse chunks under features and words: the loss and the sampler, for features of any kind."""
+"""Diffuse chunks under features and a command: the loss and sampler, for features of any kind."""
 
 from __future__ import annotations
 
@@ -11,6 +11,7 @@ from torch.nn import functional as F
 
 from controller.action import ACTION_SIZE
 from controller.diffusion.chunk_frame import JAW
+from controller.diffusion.command import NONE, tokens
 from controller.diffusion.config import PolicyConfig
 from controller.diffusion.denoiser import ConditionEncoder, Denoiser
 from controller.diffusion.windows import Batch
@@ -20,7 +21,7 @@ FINE = 4.0  # weight of a tool's motion near tissue, before it touches: there te
 
 
 class ChunkDiffusion(nn.Module):
-    """Samples chunks from features and words; the normalisation belongs to the state.
+    """Samples chunks from features and a command; the normalisation belongs to the state.
 
     Internally, jaw angles are relative to the last commanded ones, so that an arm that holds keeps
     its grip. A prediction of the opening itself would drift a little with each chunk.
@@ -57,7 +58,13 @@ class ChunkDiffusion(nn.Module):
             getattr(self, f"{name}_deviation").copy_(values.std(dim=0).clamp(min=MIN_DEVIATION))
 
     def loss(
-        self, features: Tensor, seen: Batch, words: Tensor, level: Tensor, noise: Tensor
+        self,
+        features: Tensor,
+        seen: Batch,
+        said: Sequence[Tensor],
+        kept: Tensor,
+        level: Tensor,
+        noise: Tensor,
     ) -> Tensor:
         """Return the mean squared error of the clean chunk, over valid rows.
 
@@ -66,16 +73,23 @@ class ChunkDiffusion(nn.Module):
         Args:
             features: (B, n) features of the windows.
             seen: The B windows.
-            words: (n, 384) embeddings of all sentences; `seen.text` is each window's row. The
+            said: Embeddings of the tasks and of the corrections, from `command.sentences`. The
                 network encodes each sentence once, not each window.
+            kept: (B, 1) 1, or 0 for windows whose command is dropped.
             level: (B, M) noise levels.
             noise: (B, M, H, 20) standard normal noise.
         """
         held = _held(seen.jaw_rad)
         clean = ((seen.chunk - held - self.chunk_mean) / self.chunk_deviation)[:, None]
         past = self._given(seen.past - held, seen.n_past)
-        films = [F.embedding(seen.text, film) for film in self.encoder.films(words)]
-        condition = self._condition(features, films, past, seen.delay)
+        tasks, corrections = (
+            self.encoder.task_words(said[0]),
+            self.encoder.correction_words(said[1]),
+        )
+        words = F.embedding(seen.task, tasks) + F.embedding(seen.correction - NONE, corrections)
+        token = tokens(seen.task, seen.correction, seen.left)
+        command = self.encoder.command(kept * words, kept * token)
+        condition = self._condition(features, command, past, seen.delay)
         guess = self.denoiser(_mixed(clean, noise, level[..., None, None]), past, level, condition)
         weight = 1.0 + (FINE - 1.0) * (seen.near & seen.free).to(guess)  # (B, 2)
         of_arms = weight.repeat_interleave(ACTION_SIZE // 2, dim=1)[:, None, None]
@@ -87,6 +101,7 @@ class ChunkDiffusion(nn.Module):
         features: Tensor,
         jaw_rad: Tensor,
         words: Tensor,
+        token: Tensor,
         past: Tensor,
         n_past: Tensor,
         delay: Tensor,
@@ -99,7 +114,8 @@ class ChunkDiffusion(nn.Module):
         Args:
             features: (B, n) features.
             jaw_rad: (B, 2) jaws last commanded before the chunk.
-            words: (B, 384) embeddings of the words.
+            words: (B, 2, 384) embeddings of the task, and of the correction (zeros if none).
+            token: (B, `TOKEN_SIZE`) the command in numbers.
             past: (B, P, 20) rows before the chunk.
             n_past: (B,) number of known rows of the past, which are the last ones.
             delay: (B,) number of rows of the past that come after the newest frame.
@@ -107,25 +123,29 @@ class ChunkDiffusion(nn.Module):
         """
         held = _held(jaw_rad)
         given = self._given(past - held, n_past)
-        films = self.encoder.films(words)
-        condition = self._condition(features, films, given, delay)
-        steps, noisy = self.config.sampling_steps, noise[:, None]
+        both = self.encoder.task_words(words[:, 0]) + self.encoder.correction_words(words[:, 1])
+        command = self.encoder.command(both, token)
+        condition = self._condition(features, command, given, delay)
+        steps, noisy, guidance = self.config.sampling_steps, noise[:, None], self.config.guidance
+        if guidance:
+            without = self.encoder.command(torch.zeros_like(both), torch.zeros_like(token))
+            uncommanded = self._condition(features, without, given, delay)
         clean = noisy
         for k in range(steps, 0, -1):
             level, lower = k / steps, (k - 1) / steps
             at = torch.full_like(n_past[:, None], level, dtype=noise.dtype)
             clean = self.denoiser(noisy, given, at, condition)
+            if guidance:
+                clean = clean + guidance * (clean - self.denoiser(noisy, given, at, uncommanded))
             signal, share = _signal(level), _noise(level)
             noisy = _signal(lower) * clean + _noise(lower) * (noisy - signal * clean) / share
         return clean[:, 0] * self.chunk_deviation + self.chunk_mean + held
 
-    def _condition(
-        self, features: Tensor, films: Sequence[Tensor], past: Tensor, delay: Tensor
-    ) -> Tensor:
+    def _condition(self, features: Tensor, command: Tensor, past: Tensor, delay: Tensor) -> Tensor:
         normal = (features - self.feature_mean) / self.feature_deviation
         delays = torch.arange(self.config.max_delay + 1, device=delay.device)
         marked = (delays == delay[:, None]).to(normal)
-        return self.encoder(normal.clamp(-MAX_DEVIATIONS, MAX_DEVIATIONS), past, marked, films)
+        return self.encoder(normal.clamp(-MAX_DEVIATIONS, MAX_DEVIATIONS), past, marked, command)
 
     def _given(self, past: Tensor, n_past: Tensor) -> Tensor:
         """Return (B, P * 21): the past normalised, zero where unknown, and which rows are known."""

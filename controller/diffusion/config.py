@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from planner.learning.networks import Layers, SomeSteps, Steps, Width
+from planner.learning.networks import Layers, SomeSteps, Steps, Weight, Width
 
 WORDS_SIZE = 384  # of a sentence's embedding
-PROCEDURE = "clip and cut both tubes"  # the only text that a wordless policy gets as input
+PROCEDURE = "clip and cut both tubes"  # the only command that a wordless policy gets
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -22,6 +22,8 @@ class PolicyConfig:
         max_delay: Largest number of motions that are played while the next chunk is computed. These
             motions are the last ones of the past.
         sampling_steps: Number of denoising steps of one chunk.
+        guidance: Weight of classifier-free guidance (Ho and Salimans, arXiv 2207.12598): how far a
+            chunk goes beyond the commanded one, away from the one without a command. 0 is none.
         wordless: The policy gets no instructions: SRT-H's ablation "no hierarchy".
         condition_width, condition_blocks: Sizes of the encoder of observations and words.
         denoiser_width, denoiser_blocks: Sizes of the denoiser.
@@ -40,6 +42,7 @@ class PolicyConfig:
     condition_blocks: Layers = 2
     denoiser_width: Width = 256
     denoiser_blocks: Layers = 2
+    guidance: Weight = 0.0
     wordless: bool = False
 
     def __post_init__(self) -> None:
@@ -52,7 +55,3 @@ class PolicyConfig:
             )
         if not 1 <= self.play <= self.horizon:
             raise ValueError(f"play must be 1 to {self.horizon} motions, got {self.play}")
-
-    def heard(self, text: str) -> str:
-        """Return the text of an instruction that the policy gets as input."""
-        return PROCEDURE if self.wordless else text

@@ -1,4 +1,4 @@
-"""Run the diffusion policy as a controller, whose only input is observations and words."""
+"""Run the diffusion policy as a controller, whose only input is observations and commands."""
 
 from __future__ import annotations
 
@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from controller.action import ACTION_SIZE, Chunk, hold
 from controller.diffusion.chunk_frame import JAWS, actions_of, given_past, motion_of
+from controller.diffusion.command import encoded
 from controller.diffusion.config import PolicyConfig
 from controller.diffusion.dead_time import MAX_STEPS, DeadTime, foreseen
 from controller.diffusion.graph import Sampler
@@ -17,10 +18,11 @@ from controller.diffusion.policy import CHECKPOINTS
 from controller.diffusion.rules.chunk_rules import ChunkRules
 from controller.diffusion.scene.body_frame import BodyFrame
 from controller.diffusion.scene.scene import Scene
+from planner.correction import Correction
 from planner.instruction import Instruction
-from planner.language.sentence_encoder import embed
 from planner.learning.networks import kept
 from planner.policy_setup import PolicySetup
+from planner.procedure.task import Task
 from planner.rules.rule_use import RuleUse
 from tissue_sim.frames import Array
 from tissue_sim.sensing.observation import Observation, part_of
@@ -35,7 +37,7 @@ class ControllerDiffusion:
     chunk is computed from the observation `delay` steps before, as if computing took that long,
     and from the motions up to its start. Its first motions are blended with the remaining motions
     of the running chunk, so that accelerations at the joint are like those inside chunks. Rules
-    make the final changes to a chunk (`rules`). New words drop the running chunk; the next chunk
+    make the final changes to a chunk (`rules`). A new command drops the running chunk; the next
     starts at once from the played motions. All motions are in a frame that moves with the body
     (`body_frame`). If motions arrive late (`dead_time`), the predicted tool poses replace the
     observed ones.
@@ -78,10 +80,10 @@ class ControllerDiffusion:
         seen = self._body.at_rest(observation.vector())
         self._seen.append(seen)
         self._dead_time.update(part_of(seen, "tips_endoscope")[..., 3])
-        text = self._config.heard(instruction.text)
-        if text != self._text:
+        said = None if self._config.wordless else (instruction.task, instruction.correction)
+        if said != self._said:
             self._drop()
-            self._text = text
+            self._said = said
         fresh = not len(self._running)
         if fresh:
             self._compute_chunk(observation, instruction, n_committed=0)
@@ -99,7 +101,8 @@ class ControllerDiffusion:
         return () if self._rules is None else self._rules.uses()
 
     def _drop(self) -> None:
-        self.place, self._text = "fresh", ""
+        self.place = "fresh"
+        self._said: tuple[Task, Correction | None] | None = None
         self._running: Array = np.empty((0, ACTION_SIZE))
 
     def _compute_chunk(
@@ -111,11 +114,11 @@ class ControllerDiffusion:
             self._played.append(hold(observation.joints[:, 6]).vector())
         rows = np.concatenate([self._played, committed])
         given = given_past(rows, self._config.past)
-        shape = (self._config.horizon, ACTION_SIZE)
+        config, shape = self._config, (self._config.horizon, ACTION_SIZE)
         chunk = self._sampler(
             {
                 "history": self._history(),
-                "words": embed(self._text).numpy(),
+                **{name: part.numpy() for name, part in encoded(instruction, config).items()},
                 "delay": np.array(n_committed),
                 "noise": self._chance.standard_normal(shape, np.float32),
                 **given,

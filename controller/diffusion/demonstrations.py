@@ -6,14 +6,30 @@ from collections.abc import Iterable, Iterator
 from pathlib import Path
 
 import numpy as np
+from numpy.typing import NDArray
 
 from controller.dataset.choice import ALL, Choice
 from controller.dataset.dataset_episode import DatasetEpisode
-from controller.dataset.reader import COPIES, read_episodes, sensed_copy
+from controller.dataset.reader import COPIES, forks_in, read_episodes, sensed_copy
+from controller.dataset.schema import NOT_FORKED
+from controller.diffusion.command import NONE
 from controller.diffusion.displacement import free_and_near
 from controller.diffusion.windows import DemonstrationArrays
+from planner.procedure.cholecystectomy import TASKS
 
-COLUMNS = ("privileged.state", "action", "instruction", "expert", "segment", "seed")
+COLUMNS = (
+    "privileged.state",
+    "action",
+    "task_index",
+    "task",
+    "left",
+    "expert",
+    "segment",
+    "forked_from",
+    "seed",
+)
+_NONE = np.empty(0, np.int64)
+BEFORE_FORK = 8  # steps before a fork that are its past
 
 
 def demonstrations(roots: Iterable[Path], choice: Choice = ALL) -> list[DemonstrationArrays]:
@@ -27,16 +43,37 @@ def demonstrations(roots: Iterable[Path], choice: Choice = ALL) -> list[Demonstr
 
 
 def sensed(episode: DatasetEpisode, copy: int) -> Iterator[DemonstrationArrays]:
-    """Yield an episode, sensed with the errors of this copy and split at tool exchanges."""
-    exact, actions, texts, expert, segment, seed = (episode.columns[name] for name in COLUMNS)
-    states, (free, near) = sensed_copy(exact, int(seed[0]), copy), free_and_near(exact)
-    for number in np.unique(segment):
-        rows = segment == number
+    """Yield an episode, sensed with the errors of this copy and split at tool exchanges.
+
+    Forks follow, each after the steps of the episode before it. Only the first copy has them.
+    """
+    exact, actions, heard, task, left, expert, segment, forked_from, seed = (
+        episode.columns[name] for name in COLUMNS
+    )
+    forks = [] if copy else forks_in(forked_from, segment)
+    n = int((forked_from == NOT_FORKED).sum()) if copy else len(exact)
+    states = sensed_copy(exact[:n], int(seed[0]), copy, forks)
+    free, near = free_and_near(exact)
+    correction = np.where(heard >= len(TASKS), heard - len(TASKS), NONE)
+    own = forked_from == NOT_FORKED
+    runs = [(_NONE, np.flatnonzero(own & (segment == k))) for k in np.unique(segment[own])]
+    runs += [(_before(fork.begins, segment), np.array(fork.rows)) for fork in forks]
+    for before, imitated in runs:
+        rows = np.concatenate([before, imitated])
         yield DemonstrationArrays(
             states=states[rows],
             actions=actions[rows],
-            texts=texts[rows].tolist(),
+            task=task[rows] - 1,
+            correction=correction[rows],
+            left=left[rows],
             expert=expert[rows],
             free=free[rows],
             near=near[rows],
+            begins=len(before),
         )
+
+
+def _before(fork: int, segment: NDArray[np.int64]) -> NDArray[np.int64]:
+    """Return the last rows before a fork, of the segment that the fork continues."""
+    rows = np.arange(max(fork - BEFORE_FORK, 0), fork)
+    return rows[segment[rows] == segment[fork - 1]]

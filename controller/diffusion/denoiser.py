@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
 from typing import cast
 
 import torch
@@ -11,9 +10,11 @@ from torch import Tensor, nn
 from torch.nn import functional as F
 
 from controller.action import ACTION_SIZE
+from controller.diffusion.command import TOKEN_SIZE
 from controller.diffusion.config import WORDS_SIZE, PolicyConfig
 
 LEVEL_WAVES = 16
+TOKEN_WIDTH = 128
 
 
 class FilmBlock(nn.Module):
@@ -34,36 +35,46 @@ class FilmBlock(nn.Module):
 
 
 class ConditionEncoder(nn.Module):
-    """Encodes features under words, which determine the features that matter."""
+    """Encodes features under a command, which determines the features that matter."""
 
     def __init__(self, n_features: int, config: PolicyConfig) -> None:
         super().__init__()
         width = config.condition_width
         n_past, n_delays = config.past * (ACTION_SIZE + 1), config.max_delay + 1
         self.enter = nn.Linear(n_features + n_past + n_delays, width)
-        self.words = nn.Linear(WORDS_SIZE, width)
+        self.task_words = nn.Linear(WORDS_SIZE, width, bias=False)
+        self.correction_words = nn.Linear(WORDS_SIZE, width, bias=False)
+        self.token = nn.Sequential(
+            nn.Linear(TOKEN_SIZE, TOKEN_WIDTH, bias=False),
+            nn.SiLU(),
+            nn.Linear(TOKEN_WIDTH, width),
+        )
         self.blocks = nn.ModuleList(FilmBlock(width, width) for _ in range(config.condition_blocks))
 
-    def films(self, words: Tensor) -> list[Tensor]:
-        """Return scale and shift (n, 2 width) of each block from embeddings (n, 384)."""
-        said = F.silu(self.words(words))
-        return [cast(FilmBlock, block).film(said) for block in self.blocks]
+    def command(self, words: Tensor, token: Tensor) -> Tensor:
+        """Return commands (B, width).
 
-    def forward(
-        self, features: Tensor, past: Tensor, delay: Tensor, films: Sequence[Tensor]
-    ) -> Tensor:
-        """Return the condition (B, width) of features `delay` motions before the chunk begins.
+        Args:
+            words: (B, width) sums of `task_words` and `correction_words` of the sentences.
+            token: (B, `TOKEN_SIZE`) tokens. Zeros of both are no command.
+        """
+        return F.silu(words + self.token(token))
+
+    def forward(self, features: Tensor, past: Tensor, delay: Tensor, command: Tensor) -> Tensor:
+        """Return the condition (B, 2 width) of features `delay` motions before the chunk begins.
+
+        The second half is the command itself.
 
         Args:
             features: (B, n) normalised features.
             past: The past, as in `Denoiser.forward`.
             delay: (B, max_delay + 1), 1 at the delay.
-            films: Scale and shift (B, 2 width) of each block, from the words.
+            command: (B, width) commands.
         """
         x = self.enter(torch.cat([features, past, delay], dim=-1))
-        for block, film in zip(self.blocks, films, strict=True):
-            x = block(x, film)
-        return x
+        for block in self.blocks:
+            x = block(x, cast(FilmBlock, block).film(command))
+        return torch.cat([x, command], dim=-1)
 
 
 class Denoiser(nn.Module):
@@ -79,7 +90,7 @@ class Denoiser(nn.Module):
         past_size = config.past * (ACTION_SIZE + 1)
         self.enter = nn.Linear(size + past_size + 2 * LEVEL_WAVES, width)
         self.blocks = nn.ModuleList(
-            FilmBlock(width, config.condition_width) for _ in range(config.denoiser_blocks)
+            FilmBlock(width, 2 * config.condition_width) for _ in range(config.denoiser_blocks)
         )
         self.norm = nn.LayerNorm(width)
         self.leave = nn.Linear(width, size)
@@ -91,7 +102,7 @@ class Denoiser(nn.Module):
             noisy: (B, M, H, 20) noisy chunks.
             past: (B, P * 21) rows before the chunk, and a mask of the known rows.
             level: (B, M) noise levels, from 0 (clean) to 1 (noise alone).
-            condition: (B, width) conditions.
+            condition: (B, 2 condition_width) conditions.
         """
         led = past[:, None].expand(-1, noisy.shape[1], -1)
         x = torch.cat([noisy.flatten(2), led, _waves(level)], dim=-1)

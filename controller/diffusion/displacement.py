@@ -12,9 +12,9 @@ from __future__ import annotations
 import numpy as np
 import torch
 from numpy.typing import NDArray
-from torch import Tensor
 
 from controller.diffusion.chunk_frame import JAWS, MOVE
+from controller.diffusion.command import NONE, of_jaws
 from controller.diffusion.windows import Batch
 from controller.expert.motion import JAW_SPEED_RAD_S
 from tissue_sim.constants import CONTROL_PERIOD_S
@@ -33,7 +33,8 @@ def displaced(seen: Batch, generator: torch.Generator) -> Batch:
     """Return windows in which each tool that is free and near tissue is displaced throughout.
 
     The displacement (B, 2, 3), endoscope frame, is drawn once for each window and tool. `seen` is
-    unchanged.
+    unchanged. The chunk leads the tool back, but not under a correction, which goes the same way
+    from any place.
     """
     history = seen.history.clone()
     parts = fields(history)  # views
@@ -41,23 +42,19 @@ def displaced(seen: Batch, generator: torch.Generator) -> Batch:
     off_m = DISPLACED_M * chance.to(history) * (seen.near & seen.free)[..., None]
     parts["tips_endoscope"][..., 3] += off_m[:, None]
     rows = torch.arange(1, seen.chunk.shape[1] + 1, device=seen.chunk.device)
-    back = 1.0 - torch.exp(-rows / BACK_STEPS)
+    back = (1.0 - torch.exp(-rows / BACK_STEPS)) * (seen.correction == NONE)[:, None]
     chunk = seen.chunk.unflatten(-1, (2, -1)).clone()
-    chunk[..., MOVE] -= back[:, None, None] * off_m[:, None]
+    chunk[..., MOVE] -= back[:, :, None, None] * off_m[:, None]
     return seen._replace(history=history, chunk=chunk.flatten(-2))
 
 
-def half_shut(seen: Batch, asked: Tensor, generator: torch.Generator) -> Batch:
+def half_shut(seen: Batch, generator: torch.Generator) -> Batch:
     """Return windows in which some free tools far from tissue open jaws that are half shut.
 
-    The opening, from the present one to `OPEN_RAD`, is drawn once for each window and tool. `seen`
-    is unchanged.
-
-    Args:
-        seen: The windows.
-        asked: (B,) whether the words are about the jaws. The jaws of these windows are unchanged.
-        generator: The source of randomness.
+    The opening, from the present one to `OPEN_RAD`, is drawn once for each window and tool. The
+    jaws are unchanged under a correction of the jaws. `seen` is unchanged.
     """
+    asked = of_jaws().to(seen.correction.device)[seen.correction - NONE]
     history, (B, steps) = seen.history.clone(), seen.chunk.shape[:2]
     parts = fields(history)  # views
     few = torch.rand(B, 2, generator=generator, device=generator.device) < NARROWED

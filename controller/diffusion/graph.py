@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 from torch import Tensor
 
 from controller.action import ACTION_SIZE
+from controller.diffusion.command import TOKEN_SIZE
 from controller.diffusion.config import WORDS_SIZE, PolicyConfig
 from controller.diffusion.policy import Policy
 from planner.learning.onnx_graph import OnnxGraph, export
@@ -47,7 +48,8 @@ def example_inputs(config: PolicyConfig) -> dict[str, Tensor]:
     return {
         "history": torch.zeros(1, len(config.history), VECTOR_SIZE),
         "jaw_rad": torch.zeros(1, 2),
-        "words": torch.zeros(1, WORDS_SIZE),
+        "words": torch.zeros(1, 2, WORDS_SIZE),
+        "token": torch.zeros(1, TOKEN_SIZE),
         "past": torch.zeros(1, config.past, ACTION_SIZE),
         "n_past": none,
         "delay": none.clone(),

@@ -1,4 +1,4 @@
-"""Define the diffusion policy, which samples chunks from observations and words, in checkpoints."""
+"""Define the diffusion policy, which samples chunks from observations and commands."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from tissue_sim.sensing.observation import VECTOR_SIZE
 
 
 class Policy(ChunkDiffusion):
-    """Samples chunks from observations and words."""
+    """Samples chunks from observations and commands."""
 
     def __init__(self, config: PolicyConfig) -> None:
         frames = torch.zeros(1, len(config.history), VECTOR_SIZE)
@@ -35,7 +35,7 @@ CHECKPOINTS = Checkpoints(
     shipped=Path(__file__).with_name("policy.safetensors"),
     fits={
         "world version": WORLD_VERSION,
-        "schema": 6,
+        "schema": 7,
         "observation size": VECTOR_SIZE,
         "action size": ACTION_SIZE,
     },

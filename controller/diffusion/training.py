@@ -9,17 +9,16 @@ from functools import partial
 import torch
 from torch import Tensor
 
+from controller.diffusion.command import sentences
 from controller.diffusion.config import PolicyConfig
 from controller.diffusion.displacement import displaced, half_shut
 from controller.diffusion.policy import CHECKPOINTS, Policy
 from controller.diffusion.windows import DemonstrationArrays, Windows
-from planner.correction import CORRECTIONS
-from planner.language.sentence_encoder import embed_all
 from planner.learning.optimise import Schedule, learn
 
 CHECKPOINT_FILE = CHECKPOINTS.shipped.name
 NORMALISE_BY = 20_000  # windows
-JAWS_ASKED = frozenset(c.text for c in CORRECTIONS if c.jaw)
+DROPPED = 0.15  # share of windows without a command, for guidance and for the state alone
 MIN_LEVEL = 0.02  # of noise: below it there is nothing to learn
 
 
@@ -52,7 +51,7 @@ PRESETS = {
 
 
 class PolicyData:
-    """All windows, and the sentences' embeddings (n, 384).
+    """All windows, and the sentences' embeddings.
 
     Attributes:
         digest: Digest of all training data, in hex.
@@ -64,9 +63,8 @@ class PolicyData:
         self._config = config
         heard = [d.heard_by(config.policy) for d in demonstrations]
         self._windows = Windows(heard, config.policy, device)
-        texts, self.digest = self._windows.texts, self._windows.digest
-        self._words = embed_all(texts).to(device)
-        self._asked = torch.tensor([text in JAWS_ASKED for text in texts], device=device)
+        self.digest = self._windows.digest
+        self._sentences = [said.to(device) for said in sentences(config.policy)]
 
     def normalise(self, policy: Policy, chance: torch.Generator) -> None:
         """Set the normalisation from some windows."""
@@ -77,15 +75,21 @@ class PolicyData:
     def loss(self, policy: Policy, chance: torch.Generator) -> Tensor:
         """Return the loss of random windows, noises, noise levels and delays."""
         device, config = chance.device, self._config
-        which = self._windows.some(config.batch, chance)
+        which = self._windows.balanced(config.batch, chance)
         most = config.policy.max_delay + 1
         delay = torch.randint(most, (config.batch,), generator=chance, device=device)
         batch = self._windows.batch(which, delay)
-        batch = displaced(half_shut(batch, self._asked[batch.text], chance), chance)
+        batch = displaced(half_shut(batch, chance), chance)
         level, noise = noise_for(batch.chunk, config.noises, chance)
+        kept = kept_commands(config.batch, chance)
         with torch.autocast(device.type, torch.bfloat16, enabled=config.bfloat16):  # poses: float32
             features = policy.features(batch.history, batch.jaw_rad)
-            return policy.loss(features, batch, self._words, level, noise)
+            return policy.loss(features, batch, self._sentences, kept, level, noise)
+
+
+def kept_commands(n: int, chance: torch.Generator) -> Tensor:
+    """Return (n, 1): 1, or 0 for a command that is dropped."""
+    return (torch.rand(n, 1, generator=chance, device=chance.device) >= DROPPED).float()
 
 
 train = partial(learn, PolicyData, CHECKPOINTS)  # (demonstrations, config, out, device, base)

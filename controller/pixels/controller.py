@@ -1,4 +1,4 @@
-"""Run the policy from pixels as a controller, whose only input is pictures, encoders and words."""
+"""Run the policy from pixels as a controller that gets pictures, encoders and commands only."""
 
 from __future__ import annotations
 
@@ -7,9 +7,9 @@ import torch
 
 from controller.action import ACTION_SIZE, Chunk, hold
 from controller.diffusion.chunk_frame import actions_of, given_past, motion_of
+from controller.diffusion.command import encoded
 from controller.pixels.policy import CHECKPOINTS, PixelPolicy
 from planner.instruction import Instruction
-from planner.language.sentence_encoder import embed
 from planner.learning.networks import kept
 from planner.policy_setup import PolicySetup
 from tissue_sim.constants import CONTROL_PERIOD_S
@@ -42,7 +42,7 @@ class ControllerPixels:
         given = given_past(rows, config.past) | {
             "pictures": self._pictures(observation),
             "state": observation.vector(),
-            "words": embed(config.heard(instruction.text)).numpy(),
+            **encoded(instruction, config),
             "noise": noise,
         }
         with torch.inference_mode():

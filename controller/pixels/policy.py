@@ -1,4 +1,4 @@
-"""Define the policy from pixels, which samples chunks from pictures, encoders and words.
+"""Define the policy from pixels, which samples chunks from pictures, encoders and commands.
 
 No checkpoint of it comes with Calot.
 """
@@ -23,7 +23,7 @@ from tissue_sim.sensing.observation import VECTOR_SIZE, fields
 
 
 class PixelPolicy(ChunkDiffusion):
-    """Samples chunks from pictures, encoders, motor currents and words."""
+    """Samples chunks from pictures, encoders, motor currents and commands."""
 
     def __init__(self, config: PixelConfig) -> None:
         n_tools = of_tools(torch.zeros(1, VECTOR_SIZE), torch.zeros(1, 2)).shape[1]
@@ -62,7 +62,7 @@ CHECKPOINTS = Checkpoints(
     shipped=Path(__file__).with_name("policy.safetensors"),
     fits={
         "world version": WORLD_VERSION,
-        "pixels schema": 1,
+        "pixels schema": 2,
         "picture size": list(PICTURE_SHAPE),
         "encoders": ENCODED_SIZE,
         "action size": ACTION_SIZE,

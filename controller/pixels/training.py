@@ -18,12 +18,12 @@ from numpy.typing import NDArray
 from torch import Tensor
 from torch.nn import functional as F
 
-from controller.diffusion.training import noise_for
+from controller.diffusion.command import sentences
+from controller.diffusion.training import kept_commands, noise_for
 from controller.diffusion.windows import Windows
 from controller.pixels.config import CAMERAS, CHUNKS, PixelConfig
 from controller.pixels.films import Film
 from controller.pixels.policy import CHECKPOINTS, PixelPolicy, of_tools
-from planner.language.sentence_encoder import embed_all
 from planner.learning.optimise import Schedule, learn
 
 CHECKPOINT_FILE = CHECKPOINTS.shipped.name
@@ -80,7 +80,7 @@ class FilmData:
         self._pictures = [film.pictures for film in films]  # not joined: that would need them twice
         self._ends = np.cumsum([len(pictures) for pictures in self._pictures])
         self.digest = _digest(self.windows, self._pictures)
-        self._words = embed_all(self.windows.texts).to(device)
+        self._sentences = [said.to(device) for said in sentences(chunks)]
 
     def shown(self, newest: Tensor) -> Tensor:
         """Return the pictures (B, cameras, height, width, 3) of these frames."""
@@ -99,14 +99,15 @@ class FilmData:
 
     def loss(self, policy: PixelPolicy, chance: torch.Generator) -> Tensor:
         """Return the loss of random windows, shifts, noises and noise levels."""
-        which = self.windows.some(self._config.batch, chance)
+        which = self.windows.balanced(self._config.batch, chance)
         seen = self.windows.batch(which, torch.zeros_like(which))
         pictures = shifted(self.shown(seen.newest), chance)
         level, noise = noise_for(seen.chunk, self._config.noises, chance)
+        kept = kept_commands(self._config.batch, chance)
         enabled = self._config.bfloat16
         with torch.autocast(chance.device.type, torch.bfloat16, enabled=enabled):
             features = policy.features(pictures, seen.history[:, 0], seen.jaw_rad)
-            return policy.loss(features, seen, self._words, level, noise)
+            return policy.loss(features, seen, self._sentences, kept, level, noise)
 
 
 train = partial(learn, FilmData, CHECKPOINTS)  # (films, config, out, device, base)

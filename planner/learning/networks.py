@@ -22,6 +22,7 @@ Channels = Annotated[int, Meta(ge=1, le=256)]  # of convolutions
 Layers = Annotated[int, Meta(ge=0, le=12)]
 Steps = Annotated[int, Meta(ge=0, le=64)]  # of time, or of a computation
 SomeSteps = Annotated[int, Meta(ge=1, le=64)]
+Weight = Annotated[float, Meta(ge=0.0, le=10.0)]
 
 MIN_DEVIATION = 1e-3  # of a feature or of a chunk's entry: tiny variations are not amplified
 MAX_DEVIATIONS = 6.0  # values outside the training's range are clipped here

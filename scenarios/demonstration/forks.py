@@ -159,6 +159,8 @@ def _carry_out(legs: Sequence[Leg], episode: Episode, recorder: DemonstrationRec
         fork.guarded_driver.driver.follow(world.target)
         lasted_s, ends_s = 0.0, leg.most_s
         for step in fork.steps():
+            if step.exchange:  # it is no motion of this state
+                return
             recorder.on_step(step)
             lasted_s += CONTROL_PERIOD_S * is_frame(step)
             if leg.said.correction is None and step.outcome.task_done:

@@ -6,8 +6,11 @@ again with other errors.
 
 from __future__ import annotations
 
-from collections import deque
+from collections import defaultdict, deque
+from collections.abc import Sequence
+from copy import deepcopy
 from functools import cache
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -208,11 +211,34 @@ def _there(parts: dict[str, NDArray]) -> NDArray[np.bool_]:
 STRONGEST = 1.5  # strength of errors over the usual errors, in training of policies; assumed
 
 
-def sensed_again(exact: Floats, rng: np.random.Generator) -> Floats:
-    """Sense the exact states (n, `VECTOR_SIZE`) of one episode with errors of random strength."""
-    model = SensorModel().scaled(rng.uniform(0.0, STRONGEST))
-    tracker = Tracker(model, rng)
-    return np.stack([tracker.track(state) for state in exact])
+class Fork(NamedTuple):
+    """States that continue an episode otherwise, from one of its rows on.
+
+    Attributes:
+        begins: The episode's row that the first of the states replaces; rows before are common.
+        rows: The rows of the states, after all of the episode.
+    """
+
+    begins: int
+    rows: range
+
+
+def sensed_again(exact: Floats, rng: np.random.Generator, forks: Sequence[Fork] = ()) -> Floats:
+    """Sense the exact states (n, `VECTOR_SIZE`) of one episode with errors of random strength.
+
+    A fork is sensed by a copy of the tracker as it is where the fork begins.
+    """
+    model, sensed = SensorModel().scaled(rng.uniform(0.0, STRONGEST)), np.empty_like(exact)
+    tracker, at = Tracker(model, rng), defaultdict[int, list[Fork]](list)
+    for fork in forks:
+        at[fork.begins].append(fork)
+    for row in range(forks[0].rows.start if forks else len(exact)):
+        sensed[row] = tracker.track(exact[row])
+        for fork in at[row + 1]:
+            other = deepcopy(tracker)
+            for forked in fork.rows:
+                sensed[forked] = other.track(exact[forked])
+    return sensed
 
 
 @cache

@@ -17,7 +17,13 @@ from controller.diffusion.scene.places import FIRST, SECOND, Places
 from controller.expert.motion import CLEARANCE_M, FIRM_ROOM_M, OFF_CENTRE_M
 from tissue_sim.outcome.clip_rule import FEWEST_CLIPS, USUAL_CLIPS
 from tissue_sim.patient.at_risk import COMMON_DUCT, HEPATIC_ARTERY, RADIUS_M
-from tissue_sim.sensing.tissue_features import FAR_SCALE_M, NEAR_SCALE_M, duct_is_left, tubes_there
+from tissue_sim.sensing.tissue_features import (
+    FAR_SCALE_M,
+    NEAR_SCALE_M,
+    duct_is_left,
+    foot,
+    tubes_there,
+)
 from tissue_sim.sensing.tube_rule import by_tube
 from tissue_sim.tools.arms import RIGHT_ARM
 from tissue_sim.tools.instruments import Instrument
@@ -26,6 +32,7 @@ LOW = (FIRST[USUAL_CLIPS], SECOND, FIRST[FEWEST_CLIPS])  # rows of `Places`
 OFFS_M = (0.0, OFF_CENTRE_M, -OFF_CENTRE_M)  # along the tool's y, in the expert's order
 ROOM_M = 0.001  # scale of the room beside a finger
 PARTS = 6  # samples between the points of a structure at risk
+BESIDE_M = 0.003  # of the point under the branch: the filter's
 
 
 def side_features(now: dict[str, Tensor], places: tuple[Places, ...]) -> list[Tensor]:
@@ -60,24 +67,33 @@ def lines_at_risk_m(now: dict[str, Tensor]) -> Tensor:
     Each line also passes under its branch's first point, which lies on the structure's wall. There
     the branch draws the structure out.
     """
-    left = duct_is_left(now)[:, None, None]
-    left_m, right_m, _ = now["tubes_m"].unbind(dim=1)
-    duct, artery = torch.where(left, left_m, right_m), torch.where(left, right_m, left_m)
+    left = duct_is_left(now)[:, None]
+    left_m, right_m, _ = now["tubes_m"][:, :, 0].unbind(dim=1)
+    duct_m, artery_m = torch.where(left, left_m, right_m), torch.where(left, right_m, left_m)
     return torch.cat(
         [
-            _drawn_out(now["common_bile_duct_m"], duct, RADIUS_M[COMMON_DUCT]),
-            _drawn_out(now["hepatic_artery_m"], artery, RADIUS_M[HEPATIC_ARTERY]),
+            _drawn_out(now["common_bile_duct_m"], duct_m, RADIUS_M[COMMON_DUCT]),
+            _drawn_out(now["hepatic_artery_m"], artery_m, RADIUS_M[HEPATIC_ARTERY]),
         ],
         dim=1,
     )
 
 
-def _drawn_out(trunk_m: Tensor, branch_m: Tensor, radius_m: float) -> Tensor:
-    """Return the points of a trunk (B, 4, 3), and the point under its branch's first point."""
-    along = _unit(trunk_m[:, 2] - trunk_m[:, 1])
-    leaves = branch_m[:, 1] - branch_m[:, 0]
-    under_m = branch_m[:, 0] - radius_m * _unit(_square(leaves, along))
-    whole_m = torch.cat([trunk_m, under_m[:, None]], dim=1)
+def _drawn_out(trunk_m: Tensor, root_m: Tensor, radius_m: float) -> Tensor:
+    """Return the points of a trunk (B, 4, 3), and the point under its branch's root (B, 3).
+
+    That point is found as in `controller.safety.seen_obstacles.trunk_line`. A point of the trunk
+    that is closer to it than `BESIDE_M` is replaced by it.
+    """
+    line_m = _finer(trunk_m)
+    share, _ = foot(line_m, root_m[:, None])
+    at = share * (line_m.shape[1] - 1)
+    first = at.detach().floor().clamp(0, line_m.shape[1] - 2).long()[..., None].expand(-1, -1, 3)
+    low_m, high_m = line_m.gather(1, first)[:, 0], line_m.gather(1, first + 1)[:, 0]
+    place_m = low_m + (at - first[..., 0]) * (high_m - low_m)
+    under_m = (root_m + radius_m * _unit(place_m - root_m))[:, None]
+    beside = (trunk_m - under_m).norm(dim=-1, keepdim=True) < BESIDE_M
+    whole_m = torch.cat([torch.where(beside, under_m, trunk_m), under_m], dim=1)
     way = (trunk_m[:, 3] - trunk_m[:, 0])[:, None]
     order = ((whole_m - trunk_m[:, :1]) * way).sum(-1).argsort(dim=1)
     return whole_m.gather(1, order[..., None].expand(-1, -1, 3))

@@ -4,7 +4,7 @@ import numpy as np
 
 from controller.dataset.dataset_episode import DatasetEpisode, Header
 from controller.dataset.part import part_bytes, video_path
-from controller.dataset.schema import PICTURE_SHAPE, TEXTS, demonstrated
+from controller.dataset.schema import NOT_FORKED, PICTURE_SHAPE, TEXTS, demonstrated
 from controller.dataset.tables import strings
 from tissue_sim.rendering.video import Video
 
@@ -16,6 +16,7 @@ def random_episode(seed, frames=50, cameras=(), **changes):
     }
     columns["instruction"] = strings([TEXTS[k] for k in columns["task_index"]])
     columns["segment"] = np.sort(columns["segment"])
+    columns["forked_from"] = np.full(frames, NOT_FORKED)
     columns["task"] += 1  # they count from 1
     header = Header(
         seed=seed,

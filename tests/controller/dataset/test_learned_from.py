@@ -10,8 +10,11 @@ from controller.dataset.merge import merge
 from controller.dataset.part import part_bytes
 from controller.dataset.reader import COPIES, sensed_copy
 from controller.dataset.rollouts import rollout_of, rollouts
+from controller.dataset.schema import NOT_FORKED
 from controller.dataset.tables import strings
+from controller.diffusion.config import PolicyConfig
 from controller.diffusion.demonstrations import sensed
+from controller.diffusion.windows import Windows
 from planner.correction import CORRECTIONS
 from planner.learned.rollout import NOT_SAID
 from planner.procedure.cholecystectomy import TASKS
@@ -77,10 +80,39 @@ def test_a_demonstration_is_split_where_tools_were_exchanged_and_loses_no_frame(
     for name, expected in (
         ("actions", episode.columns["action"]),
         ("expert", episode.columns["expert"]),
-        ("texts", episode.columns["instruction"]),
+        ("task", episode.columns["task"] - 1),
+        ("left", episode.columns["left"]),
         ("states", whole),
     ):
         np.testing.assert_array_equal(np.concatenate([getattr(r, name) for r in runs]), expected)
+
+
+@pytest.fixture
+def forked():
+    """Return an episode of ten frames, and two forks of three frames after its sixth."""
+    forked_from = np.full(16, NOT_FORKED)
+    forked_from[10:] = 6
+    return made(forked_from=forked_from, segment=np.repeat([0, 1, 2, 3], [4, 6, 3, 3]))
+
+
+def test_a_fork_goes_on_from_what_the_tracker_knew_and_from_the_motions_before(forked):
+    exact, actions = forked.columns["privileged.state"], forked.columns["action"]
+    *runs, left, right = sensed(forked, copy=0)
+    np.testing.assert_array_equal(
+        np.concatenate([run.states for run in runs]), sensed_copy(exact[:10], SEED, 0)
+    )
+    for fork, rows in ((left, slice(10, 13)), (right, slice(13, 16))):
+        assert fork.begins == 2  # the segment begins at the fifth frame
+        instead = np.concatenate([exact[:6], exact[rows]])
+        np.testing.assert_array_equal(fork.states, sensed_copy(instead, SEED, 0)[4:])
+        np.testing.assert_array_equal(fork.actions[:2], actions[4:6])
+    windows = Windows([left], PolicyConfig())
+    assert len(windows) == left.expert[2:].sum()
+
+
+def test_forks_count_once_and_a_planner_does_not_learn_from_them(forked):
+    assert [len(run.task) for run in sensed(forked, copy=1)] == [4, 6]
+    assert len(rollout_of(forked).states) == 10
 
 
 def test_each_copy_of_each_patient_is_sensed_with_its_own_errors_and_the_same_each_time():

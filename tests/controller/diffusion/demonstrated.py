@@ -4,8 +4,11 @@ import numpy as np
 import torch
 
 from controller.action import ToolAction
+from controller.dataset.schema import UNNAMED
 from controller.diffusion.chunk_frame import JAW, relative, trajectory
+from controller.diffusion.command import NONE
 from controller.diffusion.windows import DemonstrationArrays
+from planner.instruction import task_from_text
 from tissue_sim.frames import Array, exponential, rotation_to_6d
 from tissue_sim.sensing.observation import VECTOR_SIZE, fields
 
@@ -41,10 +44,9 @@ def demonstration(n: int = 120, seed: int = 0) -> DemonstrationArrays:
     seen = fields(states)
     seen["tips_endoscope"][..., :3] = np.eye(3)
     seen["tubes_m"][:] = chance.normal(scale=0.01, size=seen["tubes_m"].shape)
-    texts = ["clipping first clip left tube"] * (n // 2)
-    texts += ["clipping first clip right tube"] * (n - n // 2)
+    told_left = np.arange(n) < n // 2
     named = np.where(
-        np.array(["left" in text for text in texts])[:, None],
+        told_left[:, None],
         seen["tubes_m"][:, 0, 0],
         seen["tubes_m"][:, 1, 0],
     )
@@ -52,7 +54,12 @@ def demonstration(n: int = 120, seed: int = 0) -> DemonstrationArrays:
     return DemonstrationArrays(
         states=states,
         actions=actions,
-        texts=texts,
+        task=np.where(
+            told_left,
+            *(task_from_text(f"clipping first clip {k} tube").index - 1 for k in ("left", "right")),
+        ),
+        correction=np.full(n, NONE),
+        left=np.full((n, 2), UNNAMED, np.float32),
         expert=np.arange(n) % 40 != 39,
         free=np.zeros((n, 2), bool),
         near=np.zeros((n, 2), bool),

@@ -19,6 +19,7 @@ from controller.diffusion.displacement import (
 )
 from controller.diffusion.windows import Batch, Windows
 from controller.expert.motion import JAW_SPEED_RAD_S
+from planner.correction import CORRECTIONS, correction_from_text
 from tests.controller.diffusion.demonstrated import demonstration
 from tissue_sim.constants import CONTROL_PERIOD_S
 from tissue_sim.sensing.observation import fields
@@ -86,6 +87,13 @@ def test_chunks_lead_to_the_same_places_as_without(seen, moved):
         torch.testing.assert_close(left_over_m[:, steps - 1], share * off_m, atol=1e-7, rtol=0.0)
 
 
+def test_under_a_correction_the_chunk_goes_the_same_way_from_any_place(seen, moved):
+    told = corrected(seen, "move right arm higher")
+    led = displaced(told, torch.Generator().manual_seed(0))
+    assert torch.equal(led.history, moved.history)
+    assert torch.equal(led.chunk, seen.chunk)
+
+
 def test_nothing_else_is_changed_and_the_input_stays_as_it_was(seen, moved):
     before, after = seen.history.clone(), moved.history.clone()
     for history in (before, after):
@@ -93,7 +101,7 @@ def test_nothing_else_is_changed_and_the_input_stays_as_it_was(seen, moved):
     assert torch.equal(before, after)
     assert torch.equal(moves_m(seen)[:, :, LEFT], moves_m(moved)[:, :, LEFT])
     assert torch.equal(seen.chunk[..., 13:], moved.chunk[..., 13:])
-    for name in ("jaw_rad", "text", "past", "n_past", "delay", "valid"):
+    for name in ("jaw_rad", "task", "correction", "left", "past", "n_past", "delay", "valid"):
         assert getattr(seen, name) is getattr(moved, name)
     again = displaced(seen, torch.Generator().manual_seed(0))
     assert torch.equal(again.history, moved.history)
@@ -119,11 +127,12 @@ def clear(seen: Batch) -> Batch:
 
 @pytest.fixture(scope="module")
 def narrowed(clear: Batch) -> Batch:
-    return half_shut(clear, none_of(clear), torch.Generator().manual_seed(0))
+    return half_shut(clear, torch.Generator().manual_seed(0))
 
 
-def none_of(batch: Batch) -> torch.Tensor:
-    return torch.zeros(len(batch.history), dtype=torch.bool)
+def corrected(batch: Batch, text: str) -> Batch:
+    row = CORRECTIONS.index(correction_from_text(text))
+    return batch._replace(correction=torch.full_like(batch.correction, row))
 
 
 def test_some_tools_clear_of_tissue_have_half_shut_jaws_in_every_frame(clear, narrowed):
@@ -149,22 +158,20 @@ def test_half_shut_jaws_open_as_fast_as_the_expert_opens_them_and_no_wider(clear
 def test_jaws_that_close_are_not_opened_further(clear):
     shut = clear._replace(chunk=clear.chunk.clone())
     shut.chunk[..., JAWS] = 0.0
-    out = half_shut(shut, none_of(shut), torch.Generator().manual_seed(0))
+    out = half_shut(shut, torch.Generator().manual_seed(0))
     assert torch.equal(out.chunk, shut.chunk)
 
 
 def test_jaws_at_tissue_or_closed_or_excluded_are_not_changed(clear, narrowed):
     assert torch.equal(narrowed.jaw_rad[:, RIGHT], clear.jaw_rad[:, RIGHT])
     assert torch.equal(narrowed.chunk[..., 10:], clear.chunk[..., 10:])
-    asked = half_shut(clear, ~none_of(clear), torch.Generator().manual_seed(0))
-    for before, after in zip(clear, asked, strict=True):
+    told = corrected(clear, "open both grippers")
+    for before, after in zip(told, half_shut(told, torch.Generator().manual_seed(0)), strict=True):
         assert torch.equal(before, after)
     history = clear.history.clone()
     fields(history)["joints"][:, -1, LEFT, 6] = 0.9 * OPEN_RAD
     shut = flagged(clear._replace(history=history))
-    assert torch.equal(
-        half_shut(shut, none_of(shut), torch.Generator().manual_seed(0)).jaw_rad, shut.jaw_rad
-    )
+    assert torch.equal(half_shut(shut, torch.Generator().manual_seed(0)).jaw_rad, shut.jaw_rad)
 
 
 def test_nothing_but_the_jaws_is_changed(clear, narrowed):

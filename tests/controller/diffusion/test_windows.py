@@ -1,4 +1,4 @@
-"""Tests of the windows: they hold the expert's motions under the same words, and the past."""
+"""Tests of the windows: they hold the expert's motions under the same command, and the past."""
 
 from dataclasses import replace
 
@@ -38,7 +38,7 @@ def test_there_is_a_window_for_each_motion_that_may_be_imitated(windows):
     assert len(windows) == len(starts())
 
 
-def test_a_window_is_valid_while_the_expert_leads_under_the_same_words(windows, given):
+def test_a_window_is_valid_while_the_expert_leads_under_the_same_command(windows, given):
     batch = batch_of(windows, *range(len(windows)))
     for (_, t), valid in zip(starts(), batch.valid.numpy(), strict=True):
         ends = [39 - t % 40, N - t, 60 - t if t < 60 else N, CONFIG.horizon]
@@ -52,7 +52,7 @@ def test_the_valid_rows_are_the_chunk_of_the_motions_that_follow(windows, given)
         n = int(batch.valid.sum())
         follows = chunk_of(given[k].actions[t : t + n])
         np.testing.assert_allclose(batch.chunk[0, :n].numpy(), follows, atol=1e-6)
-        assert windows.texts[batch.text[0]] == given[k].texts[t]
+        assert batch.task[0] == given[k].task[t]
 
 
 def test_history_and_jaws_are_earlier_frames_of_the_same_demonstration(windows, given):
@@ -75,10 +75,10 @@ def test_the_past_holds_the_experts_motions_before_the_window(windows, given):
             np.testing.assert_allclose(batch.past[number, CONFIG.past - n :], led, atol=1e-6)
 
 
-def test_late_observations_are_of_the_same_words_and_the_chunk_stays(windows, given):
+def test_late_observations_are_of_the_same_command_and_the_chunk_stays(windows, given):
     numbers = range(len(windows))
     prompt, late = (batch_of(windows, *numbers, delay=delay) for delay in (0, 3))
-    for name in ("chunk", "valid", "past", "n_past", "jaw_rad", "text"):
+    for name in ("chunk", "valid", "past", "n_past", "jaw_rad", "task", "correction"):
         assert torch.equal(getattr(late, name), getattr(prompt, name))
     for number, (k, t) in enumerate(starts()):
         delay = min(3, t % 40, t if t < 60 else t - 60)

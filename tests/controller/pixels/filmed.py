@@ -12,7 +12,7 @@ def film(seed: int = 0, n: int = 120) -> Film:
     """Return a film of a demonstration, by one camera."""
     shown = demonstration(n, seed)
     chance = np.random.default_rng(seed)
-    pictures = np.zeros((len(shown.texts), 1, HEIGHT, WIDTH, 3), np.uint8)
+    pictures = np.zeros((len(shown.task), 1, HEIGHT, WIDTH, 3), np.uint8)
     rows, columns = (
         chance.integers(0, HEIGHT, len(pictures)),
         chance.integers(0, WIDTH, len(pictures)),

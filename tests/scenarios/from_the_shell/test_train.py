@@ -114,7 +114,7 @@ def test_excluded_data_are_not_learnt_from(data):
         demonstrations([data]),
         demonstrations([data], Choice(leave_out=["recovery", "order"])),
     )
-    assert [len(d.texts) for d in whole] == [len(d.texts) for d in rest]
+    assert [len(d.task) for d in whole] == [len(d.task) for d in rest]
     with pytest.raises(ValueError, match="nothing to learn"):
         Windows(demonstrations([data], Choice(leave_out=["nominal"])), PolicyConfig())
 
@@ -126,8 +126,13 @@ def test_a_wordless_policy_ignores_all_instructions(goes_on, checkpoint, data, t
     assert main(["train", "controller", "--wordless", *words]) == 0
     config = CHECKPOINTS.load(tmp_path / "policy.safetensors").config
     assert config.wordless
-    heard = {text for d in demonstrations([data]) for text in d.heard_by(config).texts}
-    assert heard == {config.heard("clipping first clip left tube")}
+    heard = {int(said) for d in demonstrations([data]) for said in d.heard_by(config).said}
+    assert len(heard) == 1
+    inputs = [
+        encoded(Instruction(task=TASKS[k], correction=CORRECTIONS[k]), config) for k in (0, 5)
+    ]
+    for name, part in inputs[0].items():
+        assert torch.equal(part, inputs[1][name])
 
 
 def test_a_planner_learns_from_rollouts_and_says_a_task(data, tmp_path):

@@ -1,0 +1,95 @@
+"""Encode a command: the sentences of task and correction, and the same as numbers, the token.
+
+Sentences alone do not tell commands apart: the embeddings of opposite directions have a cosine of
+0.98. No sentence has the distance that is left.
+"""
+
+from __future__ import annotations
+
+from functools import cache
+
+import torch
+from torch import Tensor
+from torch.nn import functional as F
+
+from controller.dataset.schema import UNNAMED
+from controller.diffusion.config import PROCEDURE, WORDS_SIZE, PolicyConfig
+from planner.correction import CORRECTIONS, DIRECTION_ENDOSCOPE, Correction
+from planner.instruction import Instruction
+from planner.language.sentence_encoder import embed, embed_all
+from planner.procedure.cholecystectomy import TASKS
+
+NONE = -1  # the correction's row when there is none
+NEAR_M, FAR_M = 0.0015, 0.02  # scales of the distance that is left: of slowing down, of the whole
+OF_CORRECTION, OF_LEFT = 8, 5  # numbers of a token
+TOKEN_SIZE = len(TASKS) + OF_CORRECTION + OF_LEFT
+
+
+def encoded(said: Instruction, config: PolicyConfig) -> dict[str, Tensor]:
+    """Return a policy's inputs for an instruction: "words" (2, 384) and "token" (`TOKEN_SIZE`,)."""
+    task, correction, left = 0, NONE, [UNNAMED, UNNAMED]
+    if not config.wordless:
+        task = said.task.index - 1
+        left = [UNNAMED if part is None else part for part in (said.left_m, said.left_rad)]
+        if said.correction is not None:
+            correction = CORRECTIONS.index(said.correction)
+    tasks, corrections = sentences(config)
+    return {
+        "words": torch.stack([tasks[task], corrections[correction - NONE]]),
+        "token": tokens(torch.tensor([task]), torch.tensor([correction]), torch.tensor([left]))[0],
+    }
+
+
+@cache
+def sentences(config: PolicyConfig) -> tuple[Tensor, Tensor]:
+    """Return the embeddings of tasks (25, 384), and of no correction and the 18 (19, 384).
+
+    A wordless policy gets the same for all tasks, and zeros for all corrections.
+    """
+    none = torch.zeros(1, WORDS_SIZE)
+    if config.wordless:
+        return embed(PROCEDURE).expand(len(TASKS), -1), none.expand(1 + len(CORRECTIONS), -1)
+    said = embed_all(tuple(c.text for c in CORRECTIONS))
+    return embed_all(tuple(task.text for task in TASKS)), torch.cat([none, said])
+
+
+def tokens(task: Tensor, correction: Tensor, left: Tensor) -> Tensor:
+    """Return the tokens (B, `TOKEN_SIZE`) of commands.
+
+    Args:
+        task: (B,) rows of `TASKS`.
+        correction: (B,) rows of `CORRECTIONS`, or `NONE`.
+        left: (B, 2) the distance, m, and the opening of the jaws, rad, that are left of the
+            correction; `UNNAMED` where none was named.
+    """
+    named = (left > 0.5 * UNNAMED).to(left)
+    left_m, left_rad = (named * left).unbind(dim=-1)
+    of_left = [*named.unbind(dim=-1), torch.tanh(left_m / NEAR_M), left_m / FAR_M, left_rad]
+    table = _of_corrections().to(left)
+    return torch.cat(
+        [
+            F.one_hot(task, len(TASKS)).to(left),
+            F.embedding(correction - NONE, table),
+            torch.stack(of_left, dim=-1),
+        ],
+        dim=-1,
+    )
+
+
+@cache
+def _of_corrections() -> Tensor:
+    rows = [_of_correction(correction) for correction in CORRECTIONS]
+    return torch.tensor([[0.0] * OF_CORRECTION, *rows])
+
+
+def _of_correction(correction: Correction) -> list[float]:
+    """Return one, which arms move, the direction, and how each arm's jaws move."""
+    named = [float(arm in correction.rows) for arm in (0, 1)]
+    along = DIRECTION_ENDOSCOPE[correction.direction] if correction.direction else (0.0, 0.0, 0.0)
+    sign = {"open": 1.0, "close": -1.0, None: 0.0}[correction.jaw]
+    return [1.0, *named, *along, *(sign * arm for arm in named)]
+
+
+def of_jaws() -> Tensor:
+    """Return (19,) whether no correction, and each correction, is of the jaws."""
+    return torch.tensor([False, *(correction.jaw is not None for correction in CORRECTIONS)])
