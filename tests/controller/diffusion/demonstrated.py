@@ -8,9 +8,11 @@ from controller.dataset.schema import UNNAMED
 from controller.diffusion.chunk_frame import JAW, relative, trajectory
 from controller.diffusion.command import NONE
 from controller.diffusion.windows import DemonstrationArrays
-from planner.instruction import task_from_text
+from planner.instruction import TASKS, task_from_text
 from tissue_sim.frames import Array, exponential, rotation_to_6d
 from tissue_sim.sensing.observation import VECTOR_SIZE, fields
+
+FIRST_CLIPS = [task_from_text(f"clipping first clip {side} tube") for side in ("left", "right")]
 
 
 def motions(n: int, seed: int = 0) -> np.ndarray:
@@ -54,10 +56,7 @@ def demonstration(n: int = 120, seed: int = 0) -> DemonstrationArrays:
     return DemonstrationArrays(
         states=states,
         actions=actions,
-        task=np.where(
-            told_left,
-            *(task_from_text(f"clipping first clip {k} tube").index - 1 for k in ("left", "right")),
-        ),
+        task=np.where(told_left, *(TASKS.index(task) for task in FIRST_CLIPS)),
         correction=np.full(n, NONE),
         left=np.full((n, 2), UNNAMED, np.float32),
         expert=np.arange(n) % 40 != 39,

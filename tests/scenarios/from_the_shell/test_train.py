@@ -12,13 +12,14 @@ from tensorboard.backend.event_processing.event_accumulator import EventAccumula
 from controller.dataset.choice import Choice
 from controller.dataset.merge import merge
 from controller.dataset.schema import PICTURE_SHAPE
+from controller.diffusion.command import encoded
 from controller.diffusion.config import PolicyConfig
 from controller.diffusion.demonstrations import demonstrations
 from controller.diffusion.policy import CHECKPOINTS
 from controller.diffusion.windows import Windows
 from controller.pixels.controller import make as pixels
 from controller.pixels.policy import CHECKPOINTS as PIXELS
-from planner.instruction import TASKS, Instruction
+from planner.instruction import CORRECTIONS, TASKS, Instruction
 from planner.learned.planner import make as learned
 from planner.policy_setup import PolicySetup
 from scenarios.cli import main
@@ -128,11 +129,9 @@ def test_a_wordless_policy_ignores_all_instructions(goes_on, checkpoint, data, t
     assert config.wordless
     heard = {int(said) for d in demonstrations([data]) for said in d.heard_by(config).said}
     assert len(heard) == 1
-    inputs = [
-        encoded(Instruction(task=TASKS[k], correction=CORRECTIONS[k]), config) for k in (0, 5)
-    ]
-    for name, part in inputs[0].items():
-        assert torch.equal(part, inputs[1][name])
+    one, other = (Instruction(task=TASKS[k], correction=CORRECTIONS[k]) for k in (0, 5))
+    for name, part in encoded(one, config).items():
+        assert torch.equal(part, encoded(other, config)[name])
 
 
 def test_a_planner_learns_from_rollouts_and_says_a_task(data, tmp_path):
