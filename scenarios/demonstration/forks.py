@@ -14,20 +14,18 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from controller.expert.controller import ControllerExpert
-from controller.expert.skills import among_tissue
 from planner.correction import CORRECTIONS, Correction
 from planner.instruction import Instruction
 from planner.procedure.cholecystectomy import CHOLECYSTECTOMY, GRAB
 from planner.procedure.task import Task
 from planner.scene.next_task import NotNowError, next_task
 from scenarios.demonstration.demonstration_recorder import DemonstrationRecorder, is_frame
-from scenarios.demonstration.interjections import PlannerFixed, is_harmless
+from scenarios.demonstration.interjections import PlannerFixed, harmless_m, is_harmless
 from scenarios.episode import Episode
 from tissue_sim.constants import CONTROL_PERIOD_S
 from tissue_sim.outcome import nurse
-from tissue_sim.outcome.predicates import gallbladder_held
 from tissue_sim.sensing.observation import Observation
-from tissue_sim.tools.arms import LEFT_ARM, RIGHT_ARM
+from tissue_sim.tools.arms import RIGHT_ARM
 
 if TYPE_CHECKING:
     from numpy.random import Generator
@@ -38,8 +36,6 @@ if TYPE_CHECKING:
 # Assumed, all of them.
 BETWEEN_S = (1.0, 3.5)  # from one state that is forked to the next
 CORRECTIONS_A_STATE, TASKS_A_STATE = 3, 1
-DISTANCE_M = (0.001, 0.020)  # of a correction of an arm, uniform in its logarithm
-BESIDE_TISSUE_M, HOLDING_M = 0.008, 0.004  # the largest distance of a tool there
 ANGLE_RAD = (0.1, 0.8)  # of a correction of the jaws
 NAMED = 0.8  # share of corrections with a distance or an angle
 UNNAMED_S, LONGEST_S = (0.6, 1.5), 4.0  # of a correction without a distance, and with one
@@ -139,8 +135,7 @@ class Forks:
         if correction.direction is None:
             said = replace(said, left_rad=rng.uniform(*ANGLE_RAD))
         else:
-            low_m, high_m = DISTANCE_M[0], _largest_m(correction.rows[0], self._episode.world)
-            said = replace(said, left_m=float(np.exp(rng.uniform(np.log(low_m), np.log(high_m)))))
+            said = replace(said, left_m=harmless_m(correction, self._episode.world, rng))
         return Leg(said=said, most_s=LONGEST_S, rests_s=rng.uniform(*RESTS_S))
 
 
@@ -176,12 +171,6 @@ def _is_there(said: Instruction) -> bool:
     """Return whether a correction has gone its named distance or angle."""
     by_m = said.left_m is not None and said.left_m <= REACHED_M
     return by_m or (said.left_rad is not None and said.left_rad <= REACHED_RAD)
-
-
-def _largest_m(arm: int, world: World) -> float:
-    if arm == LEFT_ARM and gallbladder_held(world):
-        return HOLDING_M
-    return BESIDE_TISSUE_M if among_tissue(arm, world) else DISTANCE_M[1]
 
 
 def _other_tasks(task: Task, exact: Observation, world: World) -> list[Task]:

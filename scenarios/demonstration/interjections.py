@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from controller.expert.skills import among_tissue
 from controller.expert.traction import PULL_MAX_N
 from planner.base import Planner, hears_of_success
 from planner.correction import CORRECTIONS, Correction
@@ -18,7 +19,7 @@ from planner.instruction import Instruction
 from tissue_sim.outcome.predicates import gallbladder_held, right_arm_back, tubes_spread
 from tissue_sim.sensing.observation import Observation
 from tissue_sim.thresholds import CLIPS_LEFT_MAX
-from tissue_sim.tools.arms import RIGHT_ARM
+from tissue_sim.tools.arms import LEFT_ARM, RIGHT_ARM
 
 if TYPE_CHECKING:
     from tissue_sim.world import World
@@ -39,6 +40,8 @@ RARITY = {  # weight of each when it is possible; rarely possible ones get a lar
 }
 RARITY_WHILE_SHUT = RARITY | {("right", "open"): 0.3}  # then only this one is often possible
 CLIPS_TO_LOSE = CLIPS_LEFT_MAX - 1  # the last one is left to accidents
+DISTANCE_M = (0.001, 0.020)  # of a correction of an arm
+BESIDE_TISSUE_M, HOLDING_M = 0.008, 0.004  # the largest distance of a tool there
 WAITING_MAX_RAD = 0.2  # right jaws at work are open wider
 
 
@@ -101,6 +104,17 @@ def is_harmless(correction: Correction, world: World) -> bool:
     """Return whether the correction can be carried out now without injury or violated interlock."""
     arms = ("left", "right") if correction.arm == "both" else (correction.arm,)
     return all(_ALLOWED[arm, correction.jaw](world) for arm in arms)
+
+
+def harmless_m(correction: Correction, world: World, rng: np.random.Generator) -> float:
+    """Draw a distance for a harmless correction of an arm, uniform in its logarithm."""
+    (arm,) = correction.rows
+    least_m, most_m = DISTANCE_M
+    if arm == LEFT_ARM and gallbladder_held(world):
+        most_m = HOLDING_M
+    elif among_tissue(arm, world):
+        most_m = BESIDE_TISSUE_M
+    return float(np.exp(rng.uniform(np.log(least_m), np.log(most_m))))
 
 
 def _grasper_may_open(world: World) -> bool:

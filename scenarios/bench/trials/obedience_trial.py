@@ -1,12 +1,12 @@
 """Check whether one patient's controller obeys each correction, and the order of the wrong tube.
 
 The controller alone carries out a planner's correction; a person's correction is carried out by
-rule. All corrections at one time of an episode start from the same saved state.
+rule. All corrections at one time of an episode start from the same saved state. From there the
+controller also goes on without a correction, and under a planner's corrections with a distance.
 """
 
 from __future__ import annotations
 
-from collections import Counter
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from copy import deepcopy
@@ -18,11 +18,12 @@ import numpy as np
 from rich.table import Table
 
 from planner.correction import CORRECTIONS, DIRECTION_ENDOSCOPE, Correction
+from planner.correction_way import moved_m
 from planner.instruction import Instruction
 from planner.procedure.cholecystectomy import CHOLECYSTECTOMY
 from planner.procedure.outcomes import structure_of
 from scenarios.bench.trials.run_trials import Trial
-from scenarios.demonstration.interjections import PlannerFixed, is_harmless
+from scenarios.demonstration.interjections import PlannerFixed, harmless_m, is_harmless
 from scenarios.demonstration.labels import THRESHOLD_RAD
 from scenarios.episode import Episode
 from scenarios.files.outside_text import table_of
@@ -31,6 +32,7 @@ from scenarios.loop.results import wilson_interval
 from scenarios.run_episode import begin
 from tissue_sim.frames import Array
 from tissue_sim.patient.tubes import between_jaws
+from tissue_sim.sensing.observation import Observation
 from tissue_sim.tools.arms import RIGHT_ARM
 from tissue_sim.world import World
 
@@ -41,6 +43,8 @@ MOMENTS = 4  # of each episode
 FIRST_S, LAST_S = 1.0, 36.0  # range of their times; an episode lasts about 40 s
 MIN_M = 3e-3  # motion in the named direction that counts as obeyed
 WITHIN_STEPS = 60  # 2 s
+DISTANCE_STEPS = 150  # 5 s: the arms go 3 to 12 mm/s, at most 20 mm
+WITHIN_M, WITHIN_SHARE = 5e-4, 0.1  # of the told distance, whichever is larger
 WRONG_TUBE_STEPS = 600  # 20 s: a clip takes 3
 
 
@@ -50,13 +54,25 @@ class CorrectionResponse:
 
     Attributes:
         obeyed: The arm or the jaws moved as the correction says.
+        by_chance: They did so without the correction.
         withheld: The arm or the jaws did not move as the correction says, although the controller's
             actions add up to that motion. The safety filter changed some command meanwhile.
+        told_m, gone_m: A distance that was told with the correction in another fork, and how far
+            the arm went. None if none was told.
     """
 
     text: str
     obeyed: bool
+    by_chance: bool = False
     withheld: bool = False
+    told_m: float | None = None
+    gone_m: float = 0.0
+
+    @property
+    def right_distance(self) -> bool:
+        """Return whether the arm went the told distance, but for an error that is allowed."""
+        assert self.told_m is not None, "a distance was told"
+        return abs(self.gone_m - self.told_m) <= max(WITHIN_M, WITHIN_SHARE * self.told_m)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -83,13 +99,14 @@ def examine_obedience(seed: int, config: EpisodeConfig, by: Speaker = "planner")
         by: Speaker of the corrections: the planner or a person.
     """
     episode = begin(replace(config, seed=seed))
-    moments_s = sorted(np.random.default_rng(seed).uniform(FIRST_S, LAST_S, MOMENTS).tolist())
+    rng = np.random.default_rng(seed)
+    moments_s = sorted(rng.uniform(FIRST_S, LAST_S, MOMENTS).tolist())
     responses, wrong_tube = list[CorrectionResponse](), None
     for step in episode.steps():
         if wrong_tube is None and step.instruction.task == FIRST_CLIP:
             wrong_tube = _goes_to_the_other_tube(episode)
         if moments_s and step.time_s >= moments_s[0] and not step.exchange:
-            responses += _responses(episode, step.instruction, by)
+            responses += _responses(episode, step.instruction, by, rng)
             del moments_s[0]
         if not moments_s:
             break
@@ -107,14 +124,48 @@ def is_obeyed(correction: Correction, moved_m: Array, opened_rad: Array) -> bool
 
 
 def _responses(
-    episode: Episode, instruction: Instruction, by: Speaker
+    episode: Episode, instruction: Instruction, by: Speaker, rng: np.random.Generator
 ) -> Iterator[CorrectionResponse]:
     """Yield the response to each harmless, possible correction, from the same state."""
-    for correction in CORRECTIONS:
-        if is_harmless(correction, episode.world) and _has_room(correction, episode.world):
-            said = replace(instruction, correction=correction if by == "planner" else None)
-            heard = correction.text if by == "person" else ""
-            yield _response(episode, said, correction, heard)
+    able = [c for c in CORRECTIONS if is_harmless(c, episode.world) and _has_room(c, episode.world)]
+    by_chance = _done_unasked(able, episode, instruction)
+    for correction in able:
+        heard = correction.text if by == "person" else ""
+        said = replace(instruction, correction=None if heard else correction)
+        response = _response(episode, said, correction, heard)
+        response = replace(response, by_chance=correction in by_chance)
+        if by == "planner" and correction.direction is not None:
+            told_m = harmless_m(correction, episode.world, rng)
+            gone_m = _distance_m(episode, replace(said, left_m=told_m))
+            response = replace(response, told_m=told_m, gone_m=gone_m)
+        yield response
+
+
+def _done_unasked(
+    able: Sequence[Correction], episode: Episode, instruction: Instruction
+) -> set[Correction]:
+    """Return the corrections that the controller carries out by chance, without a correction."""
+    start, done = episode.world.observe(), set[Correction]()
+    with _forked(episode, replace(instruction, correction=None)) as fork:
+        for _ in islice(fork.steps(), WITHIN_STEPS):
+            done |= {c for c in able if is_obeyed(c, *_motion(start, episode.world.observe()))}
+    return done
+
+
+def _distance_m(episode: Episode, said: Instruction) -> float:
+    """Return how far the arm has gone as it was told, at the end of the time for it."""
+    start = episode.world.observe()
+    with _forked(episode, replace(said, time_s=start.time_s)) as fork:
+        for _ in islice(fork.steps(), DISTANCE_STEPS):
+            pass
+        assert said.correction is not None, "a correction was given"
+        return moved_m(said.correction, _motion(start, episode.world.observe())[0])
+
+
+def _motion(start: Observation, now: Observation) -> tuple[Array, Array]:
+    """Return the motions of the tips (2, 3), endoscope frame, and of the jaws (2,)."""
+    moved_m = (now.tips_endoscope - start.tips_endoscope)[:, :3, 3]
+    return moved_m, now.joints[:, 6] - start.joints[:, 6]
 
 
 def _has_room(correction: Correction, world: World) -> bool:
@@ -134,9 +185,7 @@ def _response(
         if heard:
             fork.inbox.say(heard)
         for step in islice(fork.steps(), WITHIN_STEPS):
-            observation = episode.world.observe()
-            moved_m = (observation.tips_endoscope - start.tips_endoscope)[:, :3, 3]
-            if is_obeyed(correction, moved_m, observation.joints[:, 6] - start.joints[:, 6]):
+            if is_obeyed(correction, *_motion(start, episode.world.observe())):
                 return CorrectionResponse(text=correction.text, obeyed=True)
             if step.asked is not None:
                 asked_m, asked_rad = asked_m + step.asked.move_endoscope_m, step.asked.jaw_rad
@@ -185,27 +234,34 @@ def obedience_table(trials: Sequence[ObedienceTrial]) -> Table:
     A correction that was withheld (see `CorrectionResponse`) counts as not obeyed.
     """
     responses = [response for trial in trials for response in trial.responses]
-    given, obeyed = (
-        Counter(r.text for r in responses),
-        Counter(r.text for r in responses if r.obeyed),
-    )
-    withheld = Counter(r.text for r in responses if r.withheld)
     title = f"words obeyed, seeds {trials[0].seed} to {trials[-1].seed}"
-    figures = ("times", "obeyed", "withheld", "share (95 % Wilson interval)")
+    figures = ("times", "obeyed", "withheld", "share (95 % Wilson interval)", "by chance")
     table = table_of(title, ("said",), figures, ())
     for correction in CORRECTIONS:
-        text = correction.text
-        _add(table, text, obeyed[text], given[text], str(withheld[text]))
+        _add_responses(table, correction.text, [r for r in responses if r.text == correction.text])
     table.add_section()
-    _add(table, "all corrections", obeyed.total(), given.total(), str(withheld.total()))
+    _add_responses(table, "all corrections", responses)
+    told = [response for response in responses if response.told_m is not None]
+    _add(table, "with a distance, gone right", sum(r.right_distance for r in told), len(told))
     tubes = [trial.wrong_tube for trial in trials if trial.wrong_tube is not None]
     _add(table, "to the tube whose turn it is not", sum(tubes), len(tubes))
     return table
 
 
-def _add(table: Table, said: str, obeyed: int, times: int, withheld: str = "") -> None:
+def _add_responses(table: Table, said: str, responses: Sequence[CorrectionResponse]) -> None:
+    obeyed, withheld, by_chance = (
+        sum(getattr(response, name) for response in responses)
+        for name in ("obeyed", "withheld", "by_chance")
+    )
+    chance = f"{by_chance / len(responses):.3f}" if responses else ""
+    _add(table, said, obeyed, len(responses), str(withheld), chance)
+
+
+def _add(
+    table: Table, said: str, obeyed: int, times: int, withheld: str = "", by_chance: str = ""
+) -> None:
     share = "never said" if times == 0 else _share(obeyed, times)
-    table.add_row(said, str(times), str(obeyed), withheld, share)
+    table.add_row(said, str(times), str(obeyed), withheld, share, by_chance)
 
 
 def _share(obeyed: int, times: int) -> str:

@@ -58,6 +58,9 @@ def test_the_expert_obeys(expert):
     assert expert.wrong_tube is True
     assert not any(response.withheld for response in expert.responses)
     assert len({response.text for response in expert.responses}) >= 13
+    told = [response for response in expert.responses if response.told_m is not None]
+    assert sum(response.right_distance for response in told) >= 0.95 * len(told)
+    assert any(response.by_chance for response in expert.responses)
 
 
 @pytest.mark.parametrize(
@@ -99,16 +102,18 @@ def test_asking_again_gives_the_same(expert):
 def test_the_table_counts_what_was_said_and_obeyed():
     text = CORRECTIONS[0].text
     responses = (
-        CorrectionResponse(text=text, obeyed=True),
-        CorrectionResponse(text=text, obeyed=False, withheld=True),
+        CorrectionResponse(text=text, obeyed=True, by_chance=True, told_m=0.002, gone_m=0.0026),
+        CorrectionResponse(text=text, obeyed=False, withheld=True, told_m=0.01, gone_m=0.0092),
     )
     table = obedience_table(
         [ObedienceTrial(seed=3, responses=responses, wrong_tube=True), ObedienceTrial(seed=4)]
     )
     rows = list(zip(*(column.cells for column in table.columns), strict=True))
     assert rows[0][:4] == (text, "2", "1", "1")
-    assert rows[1][1:] == ("0", "0", "0", "never said")
-    assert rows[-2][1:4] == ("2", "1", "1")
+    assert rows[0][5] == "0.500"
+    assert rows[1][1:] == ("0", "0", "0", "never said", "")
+    assert rows[-3][1:4] == ("2", "1", "1")
+    assert rows[-2][1:4] == ("2", "1", "")  # half a millimetre or a tenth
     assert rows[-1][1:4] == ("1", "1", "")
 
 
