@@ -29,6 +29,7 @@ from scenarios.demonstration.demonstrate import (
     is_finished,
 )
 from scenarios.demonstration.mix import (
+    FORK,
     LEARNED_MIXES,
     MIXES,
     ROLLOUT,
@@ -143,6 +144,8 @@ class Collect:
             if not self.mix.startswith(ROLLOUT):
                 raise BadInputError("--planner-checkpoint is only for --mix rollouts")
             require_checkpoint("planner", "learned", self.planner_checkpoint)
+        if self.cameras and FORK in MIXES[self.mix]:
+            raise BadInputError("--cameras do not film forks: choose another --mix")
         require_cameras(self.cameras)
         require_cluster(self.cluster, self.out)
 
