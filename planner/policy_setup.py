@@ -22,6 +22,7 @@ class PolicySetup:
         seed: Seed of the episode, from which the policy draws its own random numbers.
         checkpoint: File that the user named; None for the policy's own choice.
         cameras: Cameras whose pictures a controller finds in `Observation.images`.
+        without_rules: Names of a controller's rules that are left out, to measure their worth.
         control_period_s: Time from one action to the next.
         planning_period_s: Time from one call of the planner to the next.
         procedure: The procedure of the episode.
@@ -30,6 +31,7 @@ class PolicySetup:
     seed: int = 0
     checkpoint: str | None = None
     cameras: tuple[str, ...] = ()
+    without_rules: tuple[str, ...] = ()
     control_period_s: float = CONTROL_PERIOD_S
     planning_period_s: float = PLANNING_PERIOD_S
     procedure: Procedure = CHOLECYSTECTOMY

@@ -241,5 +241,21 @@ def usual_sense(planner: str, controller: str, scenario: str = "nominal") -> str
 PEOPLE: dict[str, str] = {"surgeon": "scenarios.loop.person.surgeon:Surgeon"}
 """Scripted people who read the truth and speak, each by a factory that takes the inbox."""
 
+RULED = "diffusion"
+"""The controller whose rules may be left out one by one."""
+
+CHUNK_RULES = (
+    "hold-still",
+    "square-grasper",
+    "complete-grasp",
+    "rest-right-arm",
+    "reach-place",
+    "centre-on-place",
+    "retract",
+    "close-in-place",
+    "unhook-grasper",
+)
+"""Its rules (`controller.diffusion.rules.chunk_rules.RULES`), in the order of their use."""
+
 ABLATIONS: dict[str, str] = {"no-corrections": "planner.ablations:PlannerWithoutCorrections"}
 """Ablations of a planner, each by a factory that takes the planner."""

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections import deque
+from collections.abc import Collection
 from pathlib import Path
 
 import numpy as np
@@ -15,7 +16,7 @@ from controller.diffusion.config import PolicyConfig
 from controller.diffusion.dead_time import MAX_STEPS, DeadTime, foreseen
 from controller.diffusion.graph import Sampler
 from controller.diffusion.policy import CHECKPOINTS
-from controller.diffusion.rules.chunk_rules import ChunkRules
+from controller.diffusion.rules.chunk_rules import RULES, ChunkRules
 from controller.diffusion.scene.body_frame import BodyFrame
 from controller.diffusion.scene.scene import Scene
 from planner.correction import Correction
@@ -42,7 +43,7 @@ class ControllerDiffusion:
     (`body_frame`). If motions arrive late (`dead_time`), the predicted tool poses replace the
     observed ones.
 
-    With `alone`, the rules are left out, to measure their effect.
+    Some rules, or all, can be left out, to measure their effect.
 
     Attributes:
         place: Place of the last motion in its chunk. "fresh" is the first motion of a chunk without
@@ -57,12 +58,12 @@ class ControllerDiffusion:
         seed: int = 0,
         delay: int = 0,
         *,
-        alone: bool = False,
+        without_rules: Collection[str] = (),
     ) -> None:
         if not 0 <= delay <= config.max_delay:
             raise ValueError(f"delay must be 0 to {config.max_delay} control steps, got {delay}")
         self._config, self._sampler, self._delay = config, sampler, delay
-        self._rules = None if alone else ChunkRules()
+        self._rules = ChunkRules(without_rules)
         self._chance = np.random.default_rng(seed)
         self._body, self._dead_time = BodyFrame(), DeadTime()
         self.reset()
@@ -98,7 +99,7 @@ class ControllerDiffusion:
 
     def rule_uses(self) -> tuple[RuleUse, ...]:
         """Return the use of each rule on chunks since the controller was made."""
-        return () if self._rules is None else self._rules.uses()
+        return self._rules.uses()
 
     def _drop(self) -> None:
         self.place = "fresh"
@@ -124,11 +125,9 @@ class ControllerDiffusion:
                 **given,
             }
         )
-        chunk = chunk.astype(float)
-        if self._rules is not None:
-            scene = Scene(self._foreseen(0), is_corrected=instruction.correction is not None)
-            commanded = rows[-self._config.past - 1 :, JAWS]
-            chunk = self._rules.apply(chunk, scene, instruction.task, commanded)
+        scene = Scene(self._foreseen(0), is_corrected=instruction.correction is not None)
+        commanded = rows[-self._config.past - 1 :, JAWS]
+        chunk = self._rules.apply(chunk.astype(float), scene, instruction.task, commanded)
         self._running = np.concatenate([committed, _faded(rest, actions_of(chunk))])
         self._n_played = -n_committed  # motions of this chunk
 
@@ -152,7 +151,7 @@ def _faded(old: Array, new: Array) -> Array:
 
 
 def load_controller(
-    checkpoint: str | Path | None = None, seed: int = 0, *, alone: bool = False
+    checkpoint: str | Path | None = None, seed: int = 0, *, without_rules: Collection[str] = ()
 ) -> ControllerDiffusion:
     """Return the controller of a checkpoint, by default of the shipped one, if any.
 
@@ -160,7 +159,7 @@ def load_controller(
         CheckpointError: There is no checkpoint, or the checkpoint does not fit.
     """
     config, sampler = _loaded(CHECKPOINTS.chosen(checkpoint))
-    return ControllerDiffusion(config, sampler, seed, alone=alone)
+    return ControllerDiffusion(config, sampler, seed, without_rules=without_rules)
 
 
 @kept
@@ -171,9 +170,9 @@ def _loaded(path: Path) -> tuple[PolicyConfig, Sampler]:
 
 def make(setup: PolicySetup) -> ControllerDiffusion:
     """Return the controller of the checkpoint in its setup; errors are those of a load."""
-    return load_controller(setup.checkpoint, setup.seed)
+    return load_controller(setup.checkpoint, setup.seed, without_rules=setup.without_rules)
 
 
 def make_alone(setup: PolicySetup) -> ControllerDiffusion:
     """Return the same without the rules."""
-    return load_controller(setup.checkpoint, setup.seed, alone=True)
+    return load_controller(setup.checkpoint, setup.seed, without_rules=RULES)

@@ -2,7 +2,7 @@
 
 NAME=PLANNER+CONTROLLER[,filter=off][,checkpoint=FILE][,planner-checkpoint=FILE][,ablation=NAME]
 [,sense=NAME][,perception-checkpoint=FILE][,person=NAME]
-[,cameras=NAME+NAME]
+[,cameras=NAME+NAME][,without-rules=NAME+NAME]
 """
 
 from __future__ import annotations
@@ -19,6 +19,7 @@ from scenarios.loop.episode_config import Stack
 FORM = "NAME=PLANNER+CONTROLLER[,OPTION=VALUE...]"
 _NAMED = {"planner", "controller", "safety_filter"}  # before the options, or "filter"
 OPTIONS = ("filter", *(f.name.replace("_", "-") for f in fields(Stack) if f.name not in _NAMED))
+_SEVERAL = {"cameras", "without-rules"}
 _NAME = re.compile(r"[A-Za-z0-9][A-Za-z0-9._+-]*")  # also a folder's
 
 
@@ -56,7 +57,7 @@ def _options(words: Sequence[str]) -> dict[str, Any]:
         name, _, value = word.partition("=")
         if name not in OPTIONS or not value:
             raise ValueError(f"unknown option {word!r}; allowed: {', '.join(OPTIONS)}, each =VALUE")
-        given[name.replace("-", "_")] = tuple(value.split("+")) if name == "cameras" else value
+        given[name.replace("-", "_")] = tuple(value.split("+")) if name in _SEVERAL else value
     if len(given) < len(words):
         raise ValueError(f"{','.join(words)!r}: an option is given twice")
     if (switch := given.pop("filter", "on")) not in ("on", "off"):

@@ -12,10 +12,12 @@ from typing import Any
 from scenarios.catalogue import (
     ABLATIONS,
     CHOLECYSTECTOMY,
+    CHUNK_RULES,
     CONTROLLERS,
     PEOPLE,
     PLANNERS,
     PROCEDURES,
+    RULED,
     SCENARIOS,
     SENSE_OF,
     SENSES,
@@ -48,6 +50,8 @@ class Stack:
         person: A key of `scenarios.catalogue.PEOPLE`, who watches and corrects; None for nobody.
         cameras: Names (`tissue_sim.sensing.glance`) of the cameras whose pictures
             the controller gets besides.
+        without_rules: Of `scenarios.catalogue.CHUNK_RULES`, those that the learned controller goes
+            without.
 
     Raises:
         ValueError: For an unknown name, or a checkpoint for a policy that takes none.
@@ -63,6 +67,7 @@ class Stack:
     ablation: str | None = None
     person: str | None = None
     cameras: tuple[str, ...] = ()
+    without_rules: tuple[str, ...] = ()
 
     def __post_init__(self) -> None:
         for role, known in (("planner", PLANNERS), ("controller", CONTROLLERS), ("sense", SENSES)):
@@ -75,6 +80,10 @@ class Stack:
             raise ValueError(f"cameras must be a tuple of names, got {self.cameras!r}")
         for camera in self.cameras:
             _require_known("camera", camera, CAMERA_NAMES)
+        for rule in self.without_rules:
+            _require_known("rule", rule, CHUNK_RULES)
+        if self.without_rules and self.controller != RULED:
+            raise ValueError(f"without_rules: only the controller {RULED!r} has rules")
         _require_learned("sense", self.sense, self.perception_checkpoint, SENSES)
         _require_learned("controller", self.controller, self.checkpoint, CONTROLLERS)
         _require_learned("planner", self.planner, self.planner_checkpoint, PLANNERS)

@@ -52,6 +52,7 @@ def make_controller(config: EpisodeConfig, world: World) -> Controller:
         seed=config.seed,
         checkpoint=config.checkpoint,
         cameras=config.cameras,
+        without_rules=config.without_rules,
         procedure=procedure_named(config.procedure),
     )
     return _made(config.controller, setup, world, "reset", "act")

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Collection
 
 import numpy as np
 
@@ -30,32 +30,33 @@ commanded: (m, 2) jaw angles commanded before the chunk, the newest last.
 """
 
 RULES: dict[str, Rule] = {
-    "hold still": hold_still,
-    "square grasper": square_grasper,
-    "complete grasp": complete_grasp,
-    "rest right arm": rest_right_arm,
-    "reach place": reach_place,
-    "centre on place": centre_on_place,
+    "hold-still": hold_still,
+    "square-grasper": square_grasper,
+    "complete-grasp": complete_grasp,
+    "rest-right-arm": rest_right_arm,
+    "reach-place": reach_place,
+    "centre-on-place": centre_on_place,
     "retract": retract,
-    "close in place": close_in_place,
-    "unhook grasper": unhook_grasper,
+    "close-in-place": close_in_place,
+    "unhook-grasper": unhook_grasper,
 }
 """The rules by name, in the order in which they are applied."""
 
-ALSO_CORRECTED = ("hold still", "unhook grasper")
+ALSO_CORRECTED = ("hold-still", "unhook-grasper")
 """Rules that also apply while a correction is in force: retracting may catch on tissue, too."""
 
 
 class ChunkRules:
-    """Applies the rules to chunks and counts what they change."""
+    """Applies the rules to chunks, without some of them, and counts what they change."""
 
-    def __init__(self) -> None:
-        self._counts = RuleCounts("controller", RULES)
+    def __init__(self, without: Collection[str] = ()) -> None:
+        self._rules = {name: rule for name, rule in RULES.items() if name not in without}
+        self._counts = RuleCounts("controller", self._rules)
 
     def apply(self, chunk: Array, scene: Scene, task: Task, commanded: Array) -> Array:
         """Return a chunk (n, 20) with the changes of all rules that apply, as a `Rule` does."""
         asked = chunk
-        for name, rule in RULES.items():
+        for name, rule in self._rules.items():
             if scene.is_corrected and name not in ALSO_CORRECTED:
                 continue
             before, chunk = chunk, rule(chunk, scene, task, commanded)
@@ -64,8 +65,8 @@ class ChunkRules:
         return chunk
 
     def uses(self) -> tuple[RuleUse, ...]:
-        """Return the use of each rule so far."""
-        return self._counts.uses()
+        """Return the use of each rule so far; nothing if all rules are left out."""
+        return self._counts.uses() if self._rules else ()
 
     def _note(self, name: str, before: Array, after: Array) -> None:
         if after is before or np.array_equal(before, after):

@@ -13,6 +13,7 @@ from controller.diffusion.config import PolicyConfig
 from controller.diffusion.controller import FADE, ControllerDiffusion
 from controller.diffusion.graph import Sampler
 from controller.diffusion.policy import Policy
+from controller.diffusion.rules.chunk_rules import RULES
 from controller.diffusion.rules.holding import HELD_RAD
 from planner.instruction import TASKS, Instruction
 from tests.planner.observations import clipped
@@ -94,8 +95,8 @@ def test_alone_it_plays_what_its_policy_says_and_with_rules_what_hardly_moves_re
     rests = SEEN.joints[:, 6]
     chunk = resting(rests[0] + 0.5 * HELD_RAD)
     alone, ruled = (
-        played(controller(lambda inputs: chunk, alone=alone), CONFIG.play)[:, JAWS]
-        for alone in (True, False)
+        played(controller(lambda inputs: chunk, without_rules=rules), CONFIG.play)[:, JAWS]
+        for rules in (RULES, ())
     )
     np.testing.assert_allclose(alone, rests[0] + 0.5 * HELD_RAD)
     np.testing.assert_allclose(ruled, np.tile(rests, (CONFIG.play, 1)))

@@ -33,6 +33,11 @@ def test_an_arm_without_a_name_is_named_after_its_parts():
     assert arm_from_text("scripted+idle").name == "scripted+idle"
 
 
+def test_an_arm_goes_without_some_rules():
+    arm = arm_from_text("a=scripted+diffusion,without-rules=retract+close-in-place")
+    assert arm.without_rules == ("retract", "close-in-place")
+
+
 def test_its_choices_make_an_episode():
     config = EpisodeConfig(**arm_from_text("a=scripted+idle,filter=off").stack)
     assert (config.planner, config.controller, config.safety_filter) == ("scripted", "idle", False)
@@ -60,6 +65,8 @@ def test_its_choices_make_an_episode():
         ("a=scripted+expert,person=zoo", "unknown person 'zoo'; allowed: surgeon"),
         ("a=scripted+expert,sense=zoo", "unknown sense 'zoo'; allowed: cameras, endoscope"),
         ("a=scripted+expert,checkpoint=f", "'expert' takes no checkpoint"),
+        ("a=scripted+diffusion,without-rules=zoo", "unknown rule 'zoo'; allowed: hold-still"),
+        ("a=scripted+expert,without-rules=retract", "only the controller 'diffusion' has rules"),
     ],
 )
 def test_a_text_that_names_no_arm_is_refused_with_the_allowed_ones(text, said):

@@ -10,6 +10,7 @@ from controller.diffusion.scene.scene import Scene
 from planner.procedure.cholecystectomy import GRAB, task_from_text
 from planner.procedure.task import Task
 from planner.rules.rule_use import ANY
+from scenarios.catalogue import CHUNK_RULES
 from tests.controller.diffusion.on_tube import RULE_M, seen
 from tests.controller.diffusion.rules.ruled import STEPS, still
 from tissue_sim.frames import Array, axis_angle
@@ -76,11 +77,23 @@ def test_what_rules_change_is_counted() -> None:
     rules.apply(asked, Scene(low), CLIP, commanded)
     rules.apply(asked, Scene(low, is_corrected=True), CLIP, commanded)
     uses = {use.rule: use for use in rules.uses()}
-    centred = uses["centre on place"]
+    centred = uses["centre-on-place"]
     assert (centred.decisions, centred.changed, centred.share) == (1, 1, 1.0)
     assert centred.most_m is not None
     assert 5e-4 < centred.most_m < 1e-3
     assert {name: use.decisions for name, use in uses.items()} == {
-        name: 2 if name in ("hold still", "unhook grasper", ANY) else 1 for name in (*RULES, ANY)
+        name: 2 if name in ("hold-still", "unhook-grasper", ANY) else 1 for name in (*RULES, ANY)
     }
-    assert [name for name, use in uses.items() if use.changed] == ["centre on place", ANY]
+    assert [name for name, use in uses.items() if use.changed] == ["centre-on-place", ANY]
+
+
+def test_a_rule_that_is_left_out_changes_nothing_and_the_others_act() -> None:
+    asked, low = chunk().reshape(STEPS, ACTION_SIZE), seen(RULE_M[0] - 8e-4)
+    fields(low)["joints"][RIGHT_ARM, -1] = WIDE_RAD
+    commanded = np.array([[0.7, WIDE_RAD]])
+    rules = ChunkRules(without=["centre-on-place"])
+    np.testing.assert_array_equal(rules.apply(asked, Scene(low), CLIP, commanded), asked)
+    names = [use.rule for use in rules.uses()]
+    assert names == [*(name for name in RULES if name != "centre-on-place"), ANY]
+    assert tuple(RULES) == CHUNK_RULES
+    assert ChunkRules(without=RULES).uses() == ()
