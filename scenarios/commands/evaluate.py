@@ -62,7 +62,8 @@ class Evaluate:
     arms: Annotated[tuple[StudyArm, ...], some_arms()] = (DEFAULT,)
     """NAME=PLANNER+CONTROLLER, with ,filter=off ,checkpoint=FILE ,planner-checkpoint=FILE
     ,perception-checkpoint=FILE ,cameras=NAME+NAME ,ablation=no-corrections ,sense=exact
-    ,without-rules=NAME+NAME and ,person=surgeon where wanted; the others are compared with the first."""
+    ,without-rules=NAME+NAME and ,person=surgeon where wanted; the others are compared with the
+    first."""
     suite: Annotated[tuple[str, ...], some_of(SUITE_NAMES)] = ("nominal",)
     """Which conditions, names with commas between: of suites, or of scenarios."""
     seed: Annotated[int, at_least(0, MOST_SEED)] = 20_000
