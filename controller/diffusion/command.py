@@ -20,9 +20,10 @@ from planner.language.sentence_encoder import embed, embed_all
 from planner.procedure.cholecystectomy import TASKS
 
 NONE = -1  # the correction's row when there is none
-NEAR_M, FAR_M = 0.0015, 0.02  # scales of the distance that is left: of slowing down, of the whole
-OF_CORRECTION, OF_LEFT = 8, 5  # numbers of a token
+SCALES_M = (0.0015, 0.005, 0.02)  # of the distance that is left: of slowing down to the whole
+OF_CORRECTION, OF_LEFT = 8, 23  # numbers of a token
 TOKEN_SIZE = len(TASKS) + OF_CORRECTION + OF_LEFT
+ARMS, ALONG = slice(1, 3), slice(3, 6)  # of the numbers of a correction
 
 
 def encoded(said: Instruction, config: PolicyConfig) -> dict[str, Tensor]:
@@ -63,17 +64,13 @@ def tokens(task: Tensor, correction: Tensor, left: Tensor) -> Tensor:
             correction; `UNNAMED` where none was named.
     """
     named = (left > 0.5 * UNNAMED).to(left)
-    left_m, left_rad = (named * left).unbind(dim=-1)
-    of_left = [*named.unbind(dim=-1), torch.tanh(left_m / NEAR_M), left_m / FAR_M, left_rad]
-    table = _of_corrections().to(left)
-    return torch.cat(
-        [
-            F.one_hot(task, len(TASKS)).to(left),
-            F.embedding(correction - NONE, table),
-            torch.stack(of_left, dim=-1),
-        ],
-        dim=-1,
-    )
+    said = F.embedding(correction - NONE, _of_corrections().to(left))
+    left_m, left_rad = (named * left).split(1, dim=-1)
+    scaled = torch.tanh(left_m / left.new_tensor(SCALES_M))
+    goal = (said[:, ARMS, None] * said[:, None, ALONG]).flatten(1)  # (B, 6): each arm's direction
+    ways = (goal[:, :, None] * scaled.clamp(min=0.0)[:, None]).flatten(1)
+    parts = [F.one_hot(task, len(TASKS)).to(left), said, named, scaled[:, :2], left_rad, ways]
+    return torch.cat(parts, dim=-1)
 
 
 @cache
@@ -90,6 +87,7 @@ def _of_correction(correction: Correction) -> list[float]:
     return [1.0, *named, *along, *(sign * arm for arm in named)]
 
 
+@cache
 def of_jaws() -> Tensor:
     """Return (19,) whether no correction, and each correction, is of the jaws."""
     return torch.tensor([False, *(correction.jaw is not None for correction in CORRECTIONS)])

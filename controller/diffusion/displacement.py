@@ -1,4 +1,4 @@
-"""Augment demonstrations: displace free tools a little, so that chunks lead them back.
+"""Augment demonstrations: displaced tools that are led back, narrow jaws, corrections at their end.
 
 Near tissue the expert's motion is never disturbed. Demonstrations therefore do not show how to
 correct an error there, and a policy does not learn the correction. The pose of a tool that touches
@@ -13,7 +13,7 @@ import numpy as np
 import torch
 from numpy.typing import NDArray
 
-from controller.diffusion.chunk_frame import JAWS, MOVE
+from controller.diffusion.chunk_frame import JAW, JAWS, MOVE
 from controller.diffusion.command import NONE, of_jaws
 from controller.diffusion.windows import Batch
 from controller.expert.motion import JAW_SPEED_RAD_S
@@ -26,6 +26,8 @@ DISPLACED_M = 8e-4
 OPEN_RAD, FREE_N = 0.15, 0.01  # tools that are open wider and pressed less touch nothing
 NEAR_M = 0.015  # of tissue; farther away the expert is disturbed, and closes no jaws
 BACK_STEPS = 4.0  # motions after which an error is down to 1/e, from any motion on
+ARRIVED = 0.12  # share of the corrections at their end; assumed
+BEYOND = (0.003, 0.1)  # the most, m and rad
 NARROWED = 0.3  # share of the free tools far from tissue whose jaws are half shut; assumed
 
 
@@ -69,6 +71,24 @@ def half_shut(seen: Batch, generator: torch.Generator) -> Batch:
     jaws_rad = torch.minimum(chunk[..., JAWS], soonest_rad)
     chunk[..., JAWS] = torch.where(few[:, None], jaws_rad, chunk[..., JAWS])
     return seen._replace(history=history, jaw_rad=jaw_rad, past=past, chunk=chunk)
+
+
+def arrived(seen: Batch, generator: torch.Generator) -> Batch:
+    """Return windows in which some corrections have gone their way, or further; there arms rest.
+
+    The expert rests there for a moment only, and never goes too far. `seen` is unchanged.
+    """
+    B, device = len(seen.task), seen.chunk.device
+    corrected, jaws = seen.correction != NONE, of_jaws().to(device)[seen.correction - NONE]
+    draws = torch.rand(B, 2, generator=generator, device=generator.device).to(seen.left)
+    done = corrected & (draws[:, 0] < ARRIVED)
+    beyond = -draws[:, 1:] * seen.left.new_tensor(BEYOND)
+    named = torch.stack([~jaws, jaws], dim=-1)
+    left = torch.where(done[:, None] & named, beyond, seen.left)
+    resting = torch.zeros_like(seen.chunk[:, :1]).unflatten(-1, (2, -1))
+    resting[..., [3, 7]], resting[..., JAW] = 1.0, seen.jaw_rad[:, None]
+    chunk = torch.where(done[:, None, None], resting.flatten(-2), seen.chunk)
+    return seen._replace(left=left, chunk=chunk, valid=seen.valid | done[:, None])
 
 
 def free_and_near(exact: NDArray[np.float32]) -> tuple[NDArray[np.bool_], NDArray[np.bool_]]:

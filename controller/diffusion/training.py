@@ -11,7 +11,7 @@ from torch import Tensor
 
 from controller.diffusion.command import sentences
 from controller.diffusion.config import PolicyConfig
-from controller.diffusion.displacement import displaced, half_shut
+from controller.diffusion.displacement import arrived, displaced, half_shut
 from controller.diffusion.policy import CHECKPOINTS, Policy
 from controller.diffusion.windows import DemonstrationArrays, Windows
 from planner.learning.optimise import Schedule, learn
@@ -79,7 +79,7 @@ class PolicyData:
         most = config.policy.max_delay + 1
         delay = torch.randint(most, (config.batch,), generator=chance, device=device)
         batch = self._windows.batch(which, delay)
-        batch = displaced(half_shut(batch, chance), chance)
+        batch = arrived(displaced(half_shut(batch, chance), chance), chance)
         level, noise = noise_for(batch.chunk, config.noises, chance)
         kept = kept_commands(config.batch, chance)
         with torch.autocast(device.type, torch.bfloat16, enabled=config.bfloat16):  # poses: float32

@@ -40,7 +40,7 @@ ANGLE_RAD = (0.1, 0.8)  # of a correction of the jaws
 NAMED = 0.8  # share of corrections with a distance or an angle
 UNNAMED_S, LONGEST_S = (0.6, 1.5), 4.0  # of a correction without a distance, and with one
 REACHED_M, REACHED_RAD = 1e-4, 0.02
-RESTS_S = (0.0, 0.4)  # at the distance
+RESTS_S = (0.0, 1.2)  # at the distance
 GOES_ON_S, TASK_S, AFTER_S = (0.8, 2.5), (1.5, 4.0), 0.2
 RARE = {"left": 1.0, "right": 1.0, "both": 0.7}  # weight of a correction by its arm
 

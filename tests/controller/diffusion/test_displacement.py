@@ -4,15 +4,18 @@ import numpy as np
 import pytest
 import torch
 
-from controller.diffusion.chunk_frame import JAWS
+from controller.action import hold
+from controller.diffusion.chunk_frame import JAWS, actions_of
 from controller.diffusion.config import PolicyConfig
 from controller.diffusion.displacement import (
+    ARRIVED,
     BACK_STEPS,
     DISPLACED_M,
     FREE_N,
     NARROWED,
     NEAR_M,
     OPEN_RAD,
+    arrived,
     displaced,
     free_and_near,
     half_shut,
@@ -92,6 +95,21 @@ def test_under_a_correction_the_chunk_goes_the_same_way_from_any_place(seen, mov
     led = displaced(told, torch.Generator().manual_seed(0))
     assert torch.equal(led.history, moved.history)
     assert torch.equal(led.chunk, seen.chunk)
+
+
+def test_a_correction_that_has_gone_its_way_rests_with_the_jaws_as_commanded(seen):
+    told = corrected(seen, "move right arm higher")
+    told = told._replace(left=torch.full_like(told.left, 0.004))
+    ended = arrived(told, torch.Generator().manual_seed(0))
+    done = (ended.left != told.left).any(dim=1)
+    assert done.float().mean() == pytest.approx(ARRIVED, abs=0.1)
+    assert (ended.left[done, 0] <= 0.0).all()
+    assert (ended.left[:, 1] == told.left[:, 1]).all()
+    assert ended.valid[done].all()
+    for motion in actions_of(ended.chunk[done][0].numpy()):
+        np.testing.assert_allclose(motion, hold(ended.jaw_rad[done][0].numpy()).vector(), atol=1e-6)
+    assert torch.equal(ended.chunk[~done], told.chunk[~done])
+    assert torch.equal(arrived(seen, torch.Generator().manual_seed(0)).chunk, seen.chunk)
 
 
 def test_nothing_else_is_changed_and_the_input_stays_as_it_was(seen, moved):
