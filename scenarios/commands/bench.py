@@ -15,6 +15,7 @@ from scenarios.commands.policy_benches import (
     Faults,
     Obedience,
     Safety,
+    WhatIf,
 )
 from scenarios.commands.world_benches import (
     Accuracy,
@@ -43,6 +44,7 @@ class Bench:
         | Annotated[Obedience, subcommand("obedience")]
         | Annotated[BenchPlanner, subcommand("planner")]
         | Annotated[Corrections, subcommand("corrections")]
+        | Annotated[WhatIf, subcommand("what-if")]
         | Annotated[Distances, subcommand("distances")]
         | Annotated[Population, subcommand("population")]
         | Annotated[Faults, subcommand("faults")]

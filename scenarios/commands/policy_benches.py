@@ -7,6 +7,7 @@ from typing import Annotated, ClassVar, Literal
 
 from tyro.conf import arg
 
+from scenarios.catalogue import SCENARIOS
 from scenarios.commands.bench_shared import ControllerOnTrial, Measurement, TrialBench, show
 from scenarios.commands.typed_options import MOST_SEED, MOST_WORKERS, at_least, one_of
 from scenarios.files.errors import FAILED
@@ -94,6 +95,28 @@ class Corrections(ControllerOnTrial):
             "corrections",
             TrialAttempt(run=comparison, kind=CorrectionTrial),
             lambda trials, errors: [corrections_table(trials), *errors],
+        )
+
+
+@dataclass(frozen=True, kw_only=True)
+class WhatIf(ControllerOnTrial):
+    """Go back to random moments of a procedure and say each correction: which help, which harm?"""
+
+    scenario: Annotated[str, one_of(SCENARIOS)] = "nominal"
+    """Scenario of the procedures."""
+    episodes: Annotated[int, at_least(1)] = 10
+    """Number of patients, each with four moments."""
+
+    def execute(self) -> int:
+        """Measure and report; return 1 if an error ended a trial."""
+        from scenarios.bench.trials.run_trials import TrialAttempt
+        from scenarios.bench.trials.what_if_trial import WhatIfTrial, ask_what_if, what_if_table
+
+        asked = partial(ask_what_if, config=self.config(self.scenario))
+        return self.report_trials(
+            "moments",
+            TrialAttempt(run=asked, kind=WhatIfTrial),
+            lambda trials, errors: [what_if_table(trials), *errors],
         )
 
 

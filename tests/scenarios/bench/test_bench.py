@@ -101,7 +101,7 @@ def test_an_unknown_bench_is_one_line_with_the_allowed_names(capfd):
     assert err == (
         "calot: Unrecognized options: wrld;"
         " Available subcommands: world, stack, accuracy, robustness, parallel, safety, controller,"
-        " obedience, planner, corrections, distances, population, faults\n"
+        " obedience, planner, corrections, what-if, distances, population, faults\n"
     )
 
 
