@@ -18,7 +18,12 @@ from planner.learned.rollout import NOT_SAID, Rollout
 from planner.procedure.cholecystectomy import TASKS
 
 COLUMNS = ("privileged.state", "task_index", "task", "flag", "correction", "seed", "forked_from")
-OTHER_ORDERS = ("order", "turns")  # of tubes, by an instruction that the planner cannot know
+OTHER_ORDERS = (
+    "order",
+    "turns",
+    "fork",
+    "forked-turns",
+)  # of tubes, by an instruction that the planner cannot know
 LEARNED = "rollout"
 _CORRECTION = {c.text: k for k, c in enumerate(CORRECTIONS)}
 

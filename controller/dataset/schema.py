@@ -88,9 +88,9 @@ correction: One of the 18 corrections, or "". It is the given correction or, und
 flag: A correction is needed: an error is not undone yet, or a person gives a correction.
 task: The current task, 1 to 25.
 kind: Kind of the episode: "nominal", "recovery:" and the perturbation's name, "correction",
-    "order", "turns", "rollout", "fork" or "intervention". "turns" and "rollout" may also carry a
-    perturbation's name. In a rollout of a learned controller, `task`, `flag` and `correction` are
-    the labels that should have been given.
+    "order", "turns", "rollout", "fork", "forked-turns" or "intervention". All after "order" may
+    also carry a perturbation's name. In a rollout of a learned controller, `task`, `flag` and
+    `correction` are the labels that should have been given.
 left: What is left of the correction in force: the arm's distance, m, and the opening of the jaws,
     rad. -1 where none was named.
 expert: False if a perturbation, noise or a learned controller led the arms. Such frames are not to

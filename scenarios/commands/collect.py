@@ -29,7 +29,7 @@ from scenarios.demonstration.demonstrate import (
     is_finished,
 )
 from scenarios.demonstration.mix import (
-    FORK,
+    FORKED,
     LEARNED_MIXES,
     MIXES,
     ROLLOUT,
@@ -144,7 +144,7 @@ class Collect:
             if not self.mix.startswith(ROLLOUT):
                 raise BadInputError("--planner-checkpoint is only for --mix rollouts")
             require_checkpoint("planner", "learned", self.planner_checkpoint)
-        if self.cameras and FORK in MIXES[self.mix]:
+        if self.cameras and MIXES[self.mix][0] in FORKED:
             raise BadInputError("--cameras do not film forks: choose another --mix")
         require_cameras(self.cameras)
         require_cluster(self.cluster, self.out)

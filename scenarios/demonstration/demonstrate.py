@@ -16,7 +16,8 @@ from planner.learning.files import write_atomic
 from scenarios.catalogue import ORACLE
 from scenarios.demonstration.mix import (
     CORRECTION,
-    FORK,
+    FORKED,
+    IN_TURNS,
     OF_THE_LEARNED,
     ORDER,
     TURNS,
@@ -134,7 +135,7 @@ def run(demonstration: PlannedDemonstration, part: Path) -> Demonstrated:
     recorder = make(lambda: expert_acts(episode.controller), filmed=bool(cameras))
     with ExitStack() as filmed:
         filming = [filmed.enter_context(Filming(cameras, part))] if cameras else []
-        forking = [forks] if demonstration.family == FORK else []
+        forking = [forks] if demonstration.family in FORKED else []
         result = play(episode, [recorder, *forking, *filming], time.perf_counter())
     header = Header(
         seed=seed,
@@ -226,7 +227,7 @@ def _planner(
     else:
         late = demonstration.noise and demonstration.seed % 2 == 1
         prompt = demonstration.family not in OF_THE_LEARNED and not late
-        order = shuffled_order(rng) if demonstration.family in (ORDER, TURNS, FORK) else ()
+        order = shuffled_order(rng) if demonstration.family in (ORDER, *IN_TURNS, *FORKED) else ()
         planner = PlannerScripted(world, order=order, hears_of_success=prompt)
     corrected_by_turns = demonstration.family == TURNS and demonstration.seed % 2 == 1
     if demonstration.family == CORRECTION or corrected_by_turns:
@@ -241,7 +242,7 @@ def _controller(
     from scenarios.loop.policies import make_controller
 
     controller = make_controller(config, world)
-    if demonstration.family != TURNS:
+    if demonstration.family not in IN_TURNS:
         return controller
     from controller.diffusion.controller import load_controller
 

@@ -30,10 +30,11 @@ RECOVERIES = (
 )
 NOMINAL, RECOVERY, CORRECTION = "nominal", "recovery", "correction"
 ORDER, TURNS = "order", "turns"
-ROLLOUT, FORK = "rollout", "fork"
+ROLLOUT, FORK, FORKED_TURNS = "rollout", "fork", "forked-turns"
 INTERVENTION = "intervention"  # in no mix: an episode in which a person intervened
-KINDS = NOMINAL, RECOVERY, CORRECTION, ORDER, TURNS, ROLLOUT, FORK, INTERVENTION
-OF_THE_LEARNED = TURNS, ROLLOUT
+KINDS = NOMINAL, RECOVERY, CORRECTION, ORDER, TURNS, ROLLOUT, FORK, FORKED_TURNS, INTERVENTION
+OF_THE_LEARNED = TURNS, ROLLOUT, FORKED_TURNS
+IN_TURNS, FORKED = (TURNS, FORKED_TURNS), (FORK, FORKED_TURNS)
 FAILING = ":"  # between a kind and its scenario: a failure of the recovery set, or a variant
 MIXES: dict[str, tuple[str, ...]] = {  # the kinds alternate from seed to seed
     "nominal": (NOMINAL,),
@@ -46,6 +47,7 @@ MIXES: dict[str, tuple[str, ...]] = {  # the kinds alternate from seed to seed
     "rollouts": (ROLLOUT, ROLLOUT + FAILING),
     "rollouts-recovery": (ROLLOUT + FAILING,),
     "forks": (FORK, FORK + FAILING),
+    "forked-turns": (FORKED_TURNS, FORKED_TURNS + FAILING),
     "all": (NOMINAL, RECOVERY + FAILING, NOMINAL, CORRECTION),
 }
 LEARNED_MIXES = tuple(m for m, kinds in MIXES.items() if kinds[0].rstrip(FAILING) in OF_THE_LEARNED)
@@ -57,9 +59,9 @@ class PlannedDemonstration:
 
     Attributes:
         seed: Seed of the patient and of all random numbers.
-        kind: One of "nominal", "correction", "order", "turns", "rollout", "fork". The forms
-            "recovery:NAME", "turns:NAME" and "rollout:NAME" name a perturbation, "nominal:NAME" a
-            variant.
+        kind: One of "nominal", "correction", "order", "turns", "rollout", "fork", "forked-turns".
+            The forms "recovery:NAME", "turns:NAME", "rollout:NAME", "fork:NAME" and
+            "forked-turns:NAME" name a perturbation, "nominal:NAME" a variant.
         noise: Whether bursts of noise disturb the motion.
         checkpoint: Checkpoint of the learned controller that takes turns with the expert, or acts
             alone; "" is the one that comes with Calot, if there is one.
