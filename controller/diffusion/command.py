@@ -21,9 +21,11 @@ from planner.procedure.cholecystectomy import TASKS
 
 NONE = -1  # the correction's row when there is none
 SCALES_M = (0.0015, 0.005, 0.02)  # of the distance that is left: of slowing down to the whole
-OF_CORRECTION, OF_LEFT = 8, 23  # numbers of a token
+SCALE_RAD = 0.2
+ENDLESS = (0.05, 1.5)  # m and rad, for what was not named: farther than any that is
+OF_CORRECTION, OF_LEFT = 8, 22  # numbers of a token
 TOKEN_SIZE = len(TASKS) + OF_CORRECTION + OF_LEFT
-ARMS, ALONG = slice(1, 3), slice(3, 6)  # of the numbers of a correction
+ARMS, ALONG, JAWS = slice(1, 3), slice(3, 6), slice(6, 8)  # of the numbers of a correction
 
 
 def encoded(said: Instruction, config: PolicyConfig) -> dict[str, Tensor]:
@@ -63,13 +65,17 @@ def tokens(task: Tensor, correction: Tensor, left: Tensor) -> Tensor:
         left: (B, 2) the distance, m, and the opening of the jaws, rad, that are left of the
             correction; `UNNAMED` where none was named.
     """
-    named = (left > 0.5 * UNNAMED).to(left)
-    said = F.embedding(correction - NONE, _of_corrections().to(left))
-    left_m, left_rad = (named * left).split(1, dim=-1)
-    scaled = torch.tanh(left_m / left.new_tensor(SCALES_M))
-    goal = (said[:, ARMS, None] * said[:, None, ALONG]).flatten(1)  # (B, 6): each arm's direction
-    ways = (goal[:, :, None] * scaled.clamp(min=0.0)[:, None]).flatten(1)
-    parts = [F.one_hot(task, len(TASKS)).to(left), said, named, scaled[:, :2], left_rad, ways]
+    named, said = left > 0.5 * UNNAMED, F.embedding(correction - NONE, _of_corrections().to(left))
+    left_m, left_rad = torch.where(named, left, left.new_tensor(ENDLESS)).split(1, dim=-1)
+    ways = torch.tanh(left_m.clamp(min=0.0) / left.new_tensor(SCALES_M))
+    each_arm = (said[:, ARMS, None] * said[:, None, ALONG]).flatten(1)  # (B, 6) directions
+    parts = [
+        F.one_hot(task, len(TASKS)).to(left),
+        said,
+        named.to(left),
+        (each_arm[:, :, None] * ways[:, None]).flatten(1),
+        said[:, JAWS] * torch.tanh(left_rad.clamp(min=0.0) / SCALE_RAD),
+    ]
     return torch.cat(parts, dim=-1)
 
 

@@ -29,20 +29,30 @@ def test_each_command_has_a_token_of_its_own():
 @pytest.mark.parametrize("row", range(12))
 def test_the_way_that_is_left_points_along_the_direction_of_the_named_arm(row):
     correction = CORRECTIONS[row]
-    ways = token(0, row, 0.004)[-18:].view(2, 3, 3)  # arm, direction, scale
+    ways = token(0, row, 0.004)[-20:-2].view(2, 3, 3)  # arm, direction, scale
     along = np.array(DIRECTION_ENDOSCOPE[correction.direction])
     (arm,) = correction.rows
     for scale in range(3):
         way = ways[arm, :, scale].numpy()
         assert way @ along == pytest.approx(np.linalg.norm(way), abs=1e-6)
-        assert way @ along > token(0, row, 0.002)[-18:].view(2, 3, 3)[arm, :, scale].numpy() @ along
+        assert (
+            way @ along > token(0, row, 0.002)[-20:-2].view(2, 3, 3)[arm, :, scale].numpy() @ along
+        )
     assert not ways[1 - arm].any()
 
 
 def test_an_arm_that_went_too_far_is_not_told_to_come_back():
-    assert not token(0, 2, -0.001)[-18:].any()
-    assert not token(0, 2)[-18:].any()
-    assert (token(0, 2, 0.0) != token(0, 2)).any()  # at the end, and without an end
+    assert not token(0, 2, -0.001)[-20:].any()
+    assert not token(0, NONE)[-20:].any()
+
+
+def test_a_correction_without_an_end_is_told_as_one_that_is_far_from_it():
+    far, near = (token(0, 2, left_m)[-20:] for left_m in (0.04, 0.001))
+    endless = token(0, 2)[-20:]
+    assert (endless - far).abs().max() < 0.1
+    assert (endless - near).abs().max() > 0.3
+    shut, little = token(0, 13)[-2:], token(0, 13, left_rad=0.05)[-2:]
+    assert shut.abs().sum() > little.abs().sum() > 0.0
 
 
 def test_a_controller_is_told_what_training_was_told():
