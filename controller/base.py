@@ -11,7 +11,12 @@ from tissue_sim.sensing.observation import Observation
 
 
 class Controller(Protocol):
-    """Turns an instruction and an observation into the next motions."""
+    """Turns an instruction and an observation into the next motions.
+
+    A controller that has learned corrections may have a true attribute `obeys_corrections`. Then it
+    carries out a person's corrections of an arm itself, while a guard watches
+    (`controller.correction`).
+    """
 
     def reset(self) -> None:
         """Forget the current motion: an episode starts, or others have moved the arms.
@@ -28,6 +33,11 @@ class Controller(Protocol):
     def act(self, observation: Observation, instruction: Instruction) -> Chunk:
         """Return the next motions, at least one; a new instruction may cut them short."""
         ...
+
+
+def obeys_corrections(controller: object) -> bool:
+    """Return whether a controller carries out corrections of an arm itself."""
+    return bool(getattr(controller, "obeys_corrections", False))
 
 
 def require_chunk(chunk: object) -> Chunk:

@@ -16,8 +16,8 @@ from dataclasses import dataclass, field, replace
 from functools import partial
 
 from controller.action import ToolAction
-from controller.base import Controller
-from controller.correction import carried_out
+from controller.base import Controller, obeys_corrections
+from controller.correction import CorrectionGuard
 from controller.holding import Holding
 from controller.kept_place import KeptPlace
 from controller.tool_place import ToolPlace
@@ -89,6 +89,7 @@ class Episode:
         )
         self._tool_place, self._kept_place, self._holding = ToolPlace(), KeptPlace(), Holding()
         self._tools, self._correction_way = ToolChoice(), CorrectionWay()
+        self._correction_guard = CorrectionGuard()
         self._pictures = Pictures(self.config.cameras)
         self._begun = False
         self._back_since_s = math.inf  # all is cut and the arm is back
@@ -207,7 +208,13 @@ class Episode:
             self.controller.reset()
             self._guided = None
             return None, led
-        asked = carried_out(self._kept_place.kept(self._chosen_action(), jaw_rad), said, jaw_rad)
+        asked = self._correction_guard.action(
+            self._kept_place.kept(self._chosen_action(), jaw_rad),
+            said,
+            self.observation,
+            jaw_rad,
+            learned=obeys_corrections(self.controller),
+        )
         action = self.effects.on_action(asked, self.world, said.task)
         return asked, self._guided_by_person(action)
 

@@ -51,6 +51,8 @@ class ControllerDiffusion:
             "inside" is any other motion.
     """
 
+    obeys_corrections = True
+
     def __init__(
         self,
         config: PolicyConfig,
