@@ -127,10 +127,7 @@ def test_the_rule_carries_out_at_once_what_a_controller_has_not_learned():
 
 
 def test_each_correction_is_the_controllers_again():
-    guard, higher = (
-        CorrectionGuard(),
-        next(c for c in CORRECTIONS if c.text == "move right arm higher"),
-    )
+    guard = CorrectionGuard()
     asked = replace(hold(JAW_RAD), move_endoscope_m=np.tile(ASIDE, (2, 1)))
     aside = clipped()
     tips = aside.tips_endoscope.copy()
