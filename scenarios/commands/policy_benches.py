@@ -1,6 +1,6 @@
 """Benches of planner, controller, safety filter, a person's distances, and tampered input."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
 from typing import Annotated, ClassVar, Literal
@@ -148,9 +148,11 @@ class Safety(TrialBench):
 
 
 @dataclass(frozen=True, kw_only=True)
-class Distances(TrialBench):
+class Distances(ControllerOnTrial):
     """Check that arms go as far as a person says: in an exchange, at work and in a hold."""
 
+    controller: Literal["diffusion", "expert"] = "expert"
+    """Which controller; the diffusion controller carries the corrections out itself, at work."""
     episodes: Annotated[int, at_least(1)] = 7
     """Number of patients, with a correction in each exchange, and some between them."""
 
@@ -162,9 +164,8 @@ class Distances(TrialBench):
             examine_distances,
         )
         from scenarios.bench.trials.run_trials import TrialAttempt
-        from scenarios.loop.episode_config import EpisodeConfig
 
-        config = EpisodeConfig(scenario="textbook", seed=self.seed)
+        config = replace(self.config(), sense="tracked")
         return self.report_trials(
             "distances",
             TrialAttempt(run=partial(examine_distances, config=config), kind=DistanceTrial),
