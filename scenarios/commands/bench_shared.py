@@ -101,7 +101,7 @@ class ControllerOnTrial(TrialBench):
     controller: Literal["diffusion", "expert"] = "diffusion"
     """Which controller."""
     checkpoint: Annotated[Path | None, arg(metavar="FILE")] = None
-    """Checkpoint of the diffusion controller; none of this world version comes with Calot yet."""
+    """Checkpoint of the diffusion controller; the default is the one that comes with Calot."""
 
     def config(self, scenario: str = "textbook") -> EpisodeConfig:
         """Return the first trial's episode.

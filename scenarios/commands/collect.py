@@ -69,8 +69,8 @@ class Collect:
     with recovery or without; or rollouts of the learned controller alone, labelled with the right
     instructions, whether they pass or fail."""
     checkpoint: Annotated[Path | None, arg(metavar="FILE")] = None
-    """Checkpoint of the learned controller that takes turns with the expert or acts alone; none of
-    this world version comes with Calot yet."""
+    """Checkpoint of the learned controller that takes turns with the expert or acts alone; the
+    default is the one that comes with Calot."""
     planner_checkpoint: Annotated[Path | None, arg(metavar="FILE")] = None
     """Checkpoint of the learned planner in rollouts; the default is the scripted planner."""
     noise: bool = True

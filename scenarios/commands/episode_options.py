@@ -34,7 +34,7 @@ class EpisodeOptions:
     controller: Annotated[str, policy_of(CONTROLLERS)] = EpisodeConfig.controller
     """Who moves the arms; expert reads the hidden state, likewise."""
     checkpoint: Annotated[Path | None, arg(metavar="FILE")] = None
-    """Checkpoint of a learned controller; none of this world version comes with Calot yet."""
+    """Checkpoint of a learned controller; the default is the one that comes with Calot."""
     planner_checkpoint: Annotated[Path | None, arg(metavar="FILE")] = None
     """Checkpoint of a learned planner, likewise."""
     sense: Annotated[str | None, policy_of(SENSES)] = None

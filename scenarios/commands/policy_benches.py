@@ -23,7 +23,7 @@ class BenchController(Measurement):
 
     bench: ClassVar[str] = "scenarios.bench.controller:bench_controller"
     checkpoint: Annotated[Path | None, arg(metavar="FILE")] = None
-    """Checkpoint; none of this world version comes with Calot yet."""
+    """Checkpoint; the default is the one that comes with Calot."""
     seed: Annotated[int, at_least(0, MOST_SEED)] = 10_000
     """Seed of the anatomy of the episodes."""
     repeats: Annotated[int, at_least(1)] = 300
