@@ -16,7 +16,7 @@ from controller.dataset.schema import UNNAMED
 from controller.diffusion.config import PROCEDURE, WORDS_SIZE, PolicyConfig
 from planner.correction import CORRECTIONS, DIRECTION_ENDOSCOPE, Correction
 from planner.instruction import Instruction
-from planner.language.sentence_encoder import embed, embed_all
+from planner.language.sentence_encoder import embed_all
 from planner.procedure.cholecystectomy import TASKS
 
 NONE = -1  # the correction's row when there is none
@@ -51,7 +51,8 @@ def sentences(config: PolicyConfig) -> tuple[Tensor, Tensor]:
     """
     none = torch.zeros(1, WORDS_SIZE)
     if config.wordless:
-        return embed(PROCEDURE).expand(len(TASKS), -1), none.expand(1 + len(CORRECTIONS), -1)
+        procedure = embed_all((PROCEDURE,))
+        return procedure.expand(len(TASKS), -1), none.expand(1 + len(CORRECTIONS), -1)
     said = embed_all(tuple(c.text for c in CORRECTIONS))
     return embed_all(tuple(task.text for task in TASKS)), torch.cat([none, said])
 

@@ -11,7 +11,7 @@ from tensorboard.backend.event_processing.event_accumulator import EventAccumula
 
 from controller.dataset.choice import Choice
 from controller.dataset.merge import merge
-from controller.dataset.schema import PICTURE_SHAPE
+from controller.dataset.schema import PICTURE_SHAPE, TEXTS
 from controller.diffusion.command import encoded
 from controller.diffusion.config import PolicyConfig
 from controller.diffusion.demonstrations import demonstrations
@@ -35,7 +35,8 @@ SEED = 10_003
 @pytest.fixture(scope="module")
 def data(tmp_path_factory):
     root = tmp_path_factory.mktemp("data")
-    merge(write_parts(root / "parts", (0, 1)), root)
+    said = np.arange(50) % len(TEXTS)  # each task, and each correction
+    merge(write_parts(root / "parts", (0, 1), task_index=said), root)
     return root
 
 
