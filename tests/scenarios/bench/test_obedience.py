@@ -80,7 +80,7 @@ def test_the_idle_controller_does_not_obey(moments, said, monkeypatch):
 def test_a_person_s_corrections_are_carried_out_under_a_controller_that_obeys_nothing(monkeypatch):
     monkeypatch.setattr(obedience_trial, "MOMENTS", 1)
     monkeypatch.setattr(obedience_trial, "CORRECTIONS", CORRECTIONS[:3])
-    trial = examined("idle", by="person")
+    trial = examined("idle", by="person")  # without distances
     assert trial.responses
     assert all(response.obeyed for response in trial.responses)
 
@@ -88,6 +88,7 @@ def test_a_person_s_corrections_are_carried_out_under_a_controller_that_obeys_no
 @pytest.mark.parametrize("said", [HELD_BACK, pytest.param(CORRECTIONS, marks=pytest.mark.slow)])
 def test_a_motion_that_the_safety_filter_held_differs_from_one_not_done(said, monkeypatch):
     monkeypatch.setattr(obedience_trial, "CORRECTIONS", said)
+    monkeypatch.setattr(obedience_trial, "DISTANCE_STEPS", 1)  # they take time, and do not matter
     trial = examined("expert", 10_019)
     held = [response for response in trial.responses if not response.obeyed]
     assert held
