@@ -32,6 +32,7 @@ def asked(made_once):
     return made_once("what-if", ask)
 
 
+@pytest.mark.slow
 def test_without_words_a_moment_goes_on_the_same_each_time(asked):
     assert len(asked.moments) == 1
     for nothing, *_, again in asked.moments:
@@ -39,11 +40,13 @@ def test_without_words_a_moment_goes_on_the_same_each_time(asked):
         assert nothing.passed
 
 
+@pytest.mark.slow
 def test_a_hold_delays_the_task_at_least_by_as_long_as_it_lasts(asked):
     for nothing, hold, *_ in asked.moments:
         assert hold.took_s >= nothing.took_s + SAID_S - 0.1
 
 
+@pytest.mark.slow
 def test_a_correction_that_leads_away_costs_time(asked):
     for nothing, _, away, _ in asked.moments:
         assert away.took_s > nothing.took_s + 0.5
