@@ -28,7 +28,6 @@ COLUMNS = (
     "forked_from",
     "seed",
 )
-_NONE = np.empty(0, np.int64)
 BEFORE_FORK = 8  # steps before a fork that are its past
 
 
@@ -50,13 +49,13 @@ def sensed(episode: DatasetEpisode, copy: int) -> Iterator[DemonstrationArrays]:
     exact, actions, heard, task, left, expert, segment, forked_from, seed = (
         episode.columns[name] for name in COLUMNS
     )
-    forks = [] if copy else forks_in(forked_from, segment)
-    n = int((forked_from == NOT_FORKED).sum()) if copy else len(exact)
-    states = sensed_copy(exact[:n], int(seed[0]), copy, forks)
+    own, forks = forked_from == NOT_FORKED, [] if copy else forks_in(forked_from, segment)
+    tracked = exact[own] if copy else exact
+    states = sensed_copy(tracked, int(seed[0]), copy, forks)
     free, near = free_and_near(exact)
     correction = np.where(heard >= len(TASKS), heard - len(TASKS), NONE)
-    own = forked_from == NOT_FORKED
-    runs = [(_NONE, np.flatnonzero(own & (segment == k))) for k in np.unique(segment[own])]
+    stretches = (np.flatnonzero(own & (segment == k)) for k in np.unique(segment[own]))
+    runs = [(rows[:0], rows) for rows in stretches]
     runs += [(_before(fork.begins, segment), np.array(fork.rows)) for fork in forks]
     for before, imitated in runs:
         rows = np.concatenate([before, imitated])

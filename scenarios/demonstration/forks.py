@@ -61,13 +61,12 @@ class Leg:
 class Forks:
     """Observes a demonstration, and forks it at random times. The demonstration is not changed.
 
-    Attributes:
-        injured: Number of forks that were dropped, because they injured the patient.
+    Forks that injure the patient are dropped.
     """
 
     def __init__(self, episode: Episode, rng: Generator) -> None:
         self._episode, self._rng = episode, rng
-        self._n = self.injured = 0
+        self._n = 0
         self._due_s = rng.uniform(*BETWEEN_S)
         self._forks: list[tuple[int, DemonstrationRecorder]] = []
 
@@ -107,9 +106,7 @@ class Forks:
             recorder.on_reset(world)
             n_injuries = len(world.record.injuries)
             _carry_out(legs, episode, recorder)
-            if len(world.record.injuries) > n_injuries:
-                self.injured += 1
-            elif recorder.has_frames:
+            if recorder.has_frames and len(world.record.injuries) == n_injuries:
                 self._forks.append((self._n, recorder))
             world.restore(state)
 

@@ -22,6 +22,7 @@ from planner.correction_way import moved_m
 from planner.instruction import Instruction
 from planner.procedure.cholecystectomy import CHOLECYSTECTOMY
 from planner.procedure.outcomes import structure_of
+from scenarios.bench.trials.distance_trial import WITHIN_M, WITHIN_SHARE
 from scenarios.bench.trials.run_trials import Trial
 from scenarios.demonstration.interjections import PlannerFixed, harmless_m, is_harmless
 from scenarios.demonstration.labels import THRESHOLD_RAD
@@ -44,7 +45,6 @@ FIRST_S, LAST_S = 1.0, 36.0  # range of their times; an episode lasts about 40 s
 MIN_M = 3e-3  # motion in the named direction that counts as obeyed
 WITHIN_STEPS = 60  # 2 s
 DISTANCE_STEPS = 150  # 5 s: the arms go 3 to 12 mm/s, at most 20 mm
-WITHIN_M, WITHIN_SHARE = 5e-4, 0.1  # of the told distance, whichever is larger
 WRONG_TUBE_STEPS = 600  # 20 s: a clip takes 3
 
 
