@@ -40,15 +40,19 @@ class PlannerScripted:
         *,
         order: Sequence[Task] = (),
         hears_of_success: bool = True,
+        grabs_before_calling: bool = False,
     ) -> None:
         """Take a procedure, and perhaps another order of its tasks.
 
         In any order a grab comes first, and a retraction comes after each clip or cut. Without
-        `hears_of_success` the planner is asked as often as an unprivileged planner.
+        `hears_of_success` the planner is asked as often as an unprivileged planner. With
+        `grabs_before_calling` a patient whom it leaves to a person is grasped first, so that the
+        grab can be recorded.
         """
         self.hears_of_success = hears_of_success
         self._world, self._procedure = world, procedure
         self._given_order = tuple(order)
+        self._grabs_before_calling = grabs_before_calling
         self.reset()
 
     def reset(self) -> None:
@@ -90,7 +94,7 @@ class PlannerScripted:
         late = now_s - self._since_s > MOST_TRIES * PATIENCE_S and not self._backing_off
         if task.grasps and late and not task_over(task, self._world):
             return failed_too_long(task)
-        if not untouched(self._world):
+        if not untouched(self._world) or (self._grabs_before_calling and task.grasps):
             return None
         return why_call(self._procedure, self._world.anatomy)
 

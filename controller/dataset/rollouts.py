@@ -24,7 +24,7 @@ OTHER_ORDERS = (
     "fork",
     "forked-turns",
 )  # of tubes, by an instruction that the planner cannot know
-LEARNED = "rollout"
+LEARNED, DECLINED = "rollout", "declined"
 _CORRECTION = {c.text: k for k, c in enumerate(CORRECTIONS)}
 
 
@@ -51,7 +51,8 @@ def rollout_of(episode: DatasetEpisode, copy: int = 0) -> Rollout:
         corrected=np.where(corrected, heard - len(TASKS), NOT_SAID),
         task=task - 1,
         correction=np.array([_CORRECTION.get(name, NOT_SAID) for name in names]),
-        success=episode.header.success,
+        success=episode.header.success and episode.header.kind != DECLINED,
+        declined=episode.header.kind == DECLINED,
         learned=episode.header.kind.partition(":")[0] == LEARNED,
         patient=int(seed[0]),
     )

@@ -68,16 +68,24 @@ def tokens(task: Tensor, correction: Tensor, left: Tensor) -> Tensor:
     """
     named, said = left > 0.5 * UNNAMED, F.embedding(correction - NONE, _of_corrections().to(left))
     left_m, left_rad = torch.where(named, left, left.new_tensor(ENDLESS)).split(1, dim=-1)
-    ways = torch.tanh(left_m.clamp(min=0.0) / left.new_tensor(SCALES_M))
-    each_arm = (said[:, ARMS, None] * said[:, None, ALONG]).flatten(1)  # (B, 6) directions
+    ways = torch.tanh(left_m / left.new_tensor(SCALES_M))  # below zero where the arm went too far
     parts = [
         F.one_hot(task, len(TASKS)).to(left),
         said,
         named.to(left),
-        (each_arm[:, :, None] * ways[:, None]).flatten(1),
+        (ways_of(correction).to(left).flatten(1)[:, :, None] * ways[:, None]).flatten(1),
         said[:, JAWS] * torch.tanh(left_rad.clamp(min=0.0) / SCALE_RAD),
     ]
     return torch.cat(parts, dim=-1)
+
+
+def ways_of(correction: Tensor) -> Tensor:
+    """Return (B, 2, 3) the unit way of each arm, endoscope frame, by rows (B,) of corrections.
+
+    An arm that does not go anywhere has zeros.
+    """
+    said = F.embedding(correction - NONE, _of_corrections().to(correction.device))
+    return said[:, ARMS, None] * said[:, None, ALONG]
 
 
 @cache

@@ -12,9 +12,10 @@ from __future__ import annotations
 import numpy as np
 import torch
 from numpy.typing import NDArray
+from torch import Tensor
 
 from controller.diffusion.chunk_frame import JAW, JAWS, MOVE
-from controller.diffusion.command import NONE, of_jaws
+from controller.diffusion.command import NONE, of_jaws, ways_of
 from controller.diffusion.windows import Batch
 from controller.expert.motion import JAW_SPEED_RAD_S
 from tissue_sim.constants import CONTROL_PERIOD_S
@@ -43,8 +44,7 @@ def displaced(seen: Batch, generator: torch.Generator) -> Batch:
     chance = torch.randn(len(history), 2, 3, generator=generator, device=generator.device)
     off_m = DISPLACED_M * chance.to(history) * (seen.near & seen.free)[..., None]
     parts["tips_endoscope"][..., 3] += off_m[:, None]
-    rows = torch.arange(1, seen.chunk.shape[1] + 1, device=seen.chunk.device)
-    back = (1.0 - torch.exp(-rows / BACK_STEPS)) * (seen.correction == NONE)[:, None]
+    back = _back(seen.chunk) * (seen.correction == NONE)[:, None]
     chunk = seen.chunk.unflatten(-1, (2, -1)).clone()
     chunk[..., MOVE] -= back[:, :, None, None] * off_m[:, None]
     return seen._replace(history=history, chunk=chunk.flatten(-2))
@@ -74,9 +74,10 @@ def half_shut(seen: Batch, generator: torch.Generator) -> Batch:
 
 
 def arrived(seen: Batch, generator: torch.Generator) -> Batch:
-    """Return windows in which some corrections have gone their way, or further; there arms rest.
+    """Return windows in which some corrections have gone their way, or too far; arms go back by it.
 
-    The expert rests there for a moment only, and never goes too far. `seen` is unchanged.
+    The expert rests at the end of a way for a moment only, and never goes too far. Jaws that went
+    too far rest. `seen` is unchanged.
     """
     B, device = len(seen.task), seen.chunk.device
     corrected, jaws = seen.correction != NONE, of_jaws().to(device)[seen.correction - NONE]
@@ -85,10 +86,18 @@ def arrived(seen: Batch, generator: torch.Generator) -> Batch:
     beyond = -draws[:, 1:] * seen.left.new_tensor(BEYOND)
     named = torch.stack([~jaws, jaws], dim=-1)
     left = torch.where(done[:, None] & named, beyond, seen.left)
-    resting = torch.zeros_like(seen.chunk[:, :1]).unflatten(-1, (2, -1))
+    resting = torch.zeros_like(seen.chunk).unflatten(-1, (2, -1))
     resting[..., [3, 7]], resting[..., JAW] = 1.0, seen.jaw_rad[:, None]
+    off_m = beyond[:, :1, None] * ways_of(seen.correction)
+    resting[..., MOVE] = _back(seen.chunk)[None, :, None, None] * off_m[:, None]
     chunk = torch.where(done[:, None, None], resting.flatten(-2), seen.chunk)
     return seen._replace(left=left, chunk=chunk, valid=seen.valid | done[:, None])
+
+
+def _back(chunk: Tensor) -> Tensor:
+    """Return the share (H,) of an error that each motion of chunks (B, H, 20) has led back."""
+    rows = torch.arange(1, chunk.shape[1] + 1, device=chunk.device)
+    return 1.0 - torch.exp(-rows / BACK_STEPS)
 
 
 def free_and_near(exact: NDArray[np.float32]) -> tuple[NDArray[np.bool_], NDArray[np.bool_]]:

@@ -35,7 +35,7 @@ CHECKPOINTS = Checkpoints(
     shipped=Path(__file__).with_name("policy.safetensors"),
     fits={
         "world version": WORLD_VERSION,
-        "schema": 7,
+        "schema": 8,
         "observation size": VECTOR_SIZE,
         "action size": ACTION_SIZE,
     },

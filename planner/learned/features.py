@@ -1,11 +1,13 @@
 """Compute the features of one moment: the observation, and the time since the task was given.
 
 The network also gets the distance of the observation from each task's criterion. For each tube it
-gets the next clip or cut by the clip rule. A planner that had to learn these from demonstrations
-left the grasp early, and stood still where a tube takes two clips.
+gets the next clip or cut by the clip rule, and the room for the fewest clips. A planner that had to
+learn these from demonstrations left the grasp early, and stood still where a tube takes two clips.
 """
 
 from __future__ import annotations
+
+from functools import partial
 
 import torch
 from torch import Tensor
@@ -36,6 +38,9 @@ N_TASKS, N_CORRECTIONS = len(TASKS), len(CORRECTIONS)
 BESIDE_M = 0.003  # scale of the clips' distances from a tube
 NEAR_M = 0.005  # scale of the distance that a tip lacks to have retracted
 DEEDS = USUAL_CLIPS + 2  # on a tube: its clips, its cut, and none
+LEAST_STD_M = 1e-4  # of a length; assumed
+ROOM_M = 0.002  # scale of the length that a tube has beyond the least; assumed
+SURELY = 3.0  # scale of the same in standard deviations; assumed
 LONG_S, VERY_LONG_S = 3.0, 12.0  # scales of the time since a task was given
 
 
@@ -50,7 +55,7 @@ def seen_features(frames: Tensor) -> Tensor:
         now["n_clips"], now["clip_loaded"], now["right_tool"], now["severed"],
         *tissue_features(now), *_clips_on_tubes(now),
         there, there * straightness(now["tubes_m"]), *grasp_features(now),
-        *(next_deed(now, k) for k in range(len(TUBES))),
+        *(next_deed(now, k) for k in range(len(TUBES))), spare_room(now),
         retreat(tips[:, RIGHT_ARM, :, 3], now["tubes_m"], there),
     ]  # fmt: skip
     return torch.cat([part.flatten(1) for part in parts], dim=1)
@@ -60,6 +65,18 @@ def time_features(since_s: Tensor) -> Tensor:
     """Return features (..., 3) of the time (...,) since a task was given, fine early and late."""
     early, late = since_s / LONG_S, since_s / VERY_LONG_S
     return torch.stack([torch.tanh(early), torch.tanh(late), late.clamp(max=2.0)], dim=-1)
+
+
+def spare_room(now: dict[str, Tensor]) -> Tensor:
+    """Return features (B, 6) of the length that each tube has beyond the least for its clips.
+
+    They are the length, and the length in standard deviations; zeros for a tube that is not there.
+    """
+    least_m = by_tube(is_duct(now), now["tube_radius_m"], partial(needed_m, n_clips=FEWEST_CLIPS))
+    spare_m = now["rest_length_m"] - least_m
+    stds = spare_m / now["rest_length_std_m"].clamp(min=LEAST_STD_M)
+    there = tubes_there(now)
+    return torch.cat([there * torch.tanh(spare_m / ROOM_M), there * torch.tanh(stds / SURELY)], 1)
 
 
 def _clips_on_tubes(now: dict[str, Tensor]) -> list[Tensor]:

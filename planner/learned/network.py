@@ -1,6 +1,6 @@
 """Define the learned planner's network, its configuration and its checkpoints.
 
-The network goes from moments to a task, a correction, progress and the risk of failure.
+The network goes from moments to a task, a correction, progress, the risk of failure and a call.
 """
 
 from __future__ import annotations
@@ -19,6 +19,9 @@ from planner.learning.networks import MAX_DEVIATIONS, MIN_DEVIATION, Layers, Som
 from planner.procedure.cholecystectomy import TASKS
 from tissue_sim.constants import WORLD_VERSION
 from tissue_sim.sensing.observation import VECTOR_SIZE
+
+MOST_TOLD = 4  # tries that are told apart; more count as these
+REST = 4  # outputs besides tasks and corrections: flag, progress, failure and call
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -52,6 +55,7 @@ class Moments(NamedTuple):
         task: (B, H) the last task given before each moment, 0 to 24; 25 if there was none.
         correction: (B, H) the last correction given, 0 to 17; 18 if there was none.
         since_s: (B, H) time since that task was given.
+        tries: (B, H) how many times that task had been given; 0 if there was none.
     """
 
     frames: Tensor
@@ -59,6 +63,7 @@ class Moments(NamedTuple):
     task: Tensor
     correction: Tensor
     since_s: Tensor
+    tries: Tensor
 
 
 class Prediction(NamedTuple):
@@ -70,6 +75,7 @@ class Prediction(NamedTuple):
         correction: (B, 18) the correction, if any.
         progress: (B,) progress of the task, 0 to 1.
         fails: (B,) whether the task will not be done in time.
+        calls: (B,) whether a person must be called.
     """
 
     task: Tensor
@@ -77,6 +83,7 @@ class Prediction(NamedTuple):
     correction: Tensor
     progress: Tensor
     fails: Tensor
+    calls: Tensor
 
 
 class PlannerNetwork(nn.Module):
@@ -101,10 +108,13 @@ class PlannerNetwork(nn.Module):
         self.register_buffer("calibration", torch.tensor([1.0, 0.0]))
         self.register_buffer("alarm", torch.tensor(1.0))
         self.enter = nn.Sequential(
-            nn.Linear(n + 3, config.width), nn.SiLU(), nn.Linear(config.width, config.width)
+            nn.Linear(n + 3, config.width),
+            nn.SiLU(),
+            nn.Linear(config.width, config.width),
         )
         self.task = nn.Embedding(N_TASKS + 1, config.width)
         self.correction = nn.Embedding(N_CORRECTIONS + 1, config.width)
+        self.tries = nn.Embedding(MOST_TOLD + 1, config.width)
         self.place = nn.Parameter(torch.zeros(config.history, config.width))
         layer = nn.TransformerEncoderLayer(
             config.width,
@@ -117,7 +127,7 @@ class PlannerNetwork(nn.Module):
         )
         self.layers = nn.TransformerEncoder(layer, config.layers, enable_nested_tensor=False)
         self.leave = nn.Sequential(
-            nn.LayerNorm(config.width), nn.Linear(config.width, N_TASKS + N_CORRECTIONS + 3)
+            nn.LayerNorm(config.width), nn.Linear(config.width, N_TASKS + N_CORRECTIONS + REST)
         )
 
     def normalise_by(self, frames: Tensor) -> None:
@@ -127,14 +137,16 @@ class PlannerNetwork(nn.Module):
         self.deviation.copy_(features.std(dim=0).clamp(min=MIN_DEVIATION))
 
     def forward(self, moments: Moments) -> Prediction:
-        """Predict task, correction, progress and failure from the moments."""
+        """Predict task, correction, progress, failure and call from the moments."""
         seen = seen_features(moments.frames.flatten(0, 1)).unflatten(0, moments.known.shape)
         seen = ((seen - self.mean) / self.deviation).clamp(-MAX_DEVIATIONS, MAX_DEVIATIONS)
         tokens = self.enter(torch.cat([seen, time_features(moments.since_s)], dim=-1))
-        tokens = tokens + self.task(moments.task) + self.correction(moments.correction) + self.place
+        tokens = tokens + self.task(moments.task) + self.correction(moments.correction)
+        tokens = tokens + self.tries(moments.tries.clamp(max=MOST_TOLD)) + self.place
         newest = self.layers(tokens, src_key_padding_mask=~moments.known)[:, -1]
-        task, correction, rest = self.leave(newest).split([N_TASKS, N_CORRECTIONS, 3], dim=-1)
-        return Prediction(task, rest[:, 0], correction, rest[:, 1].sigmoid(), rest[:, 2])
+        task, correction, rest = self.leave(newest).split([N_TASKS, N_CORRECTIONS, REST], dim=-1)
+        flag, progress, fails, calls = rest.unbind(dim=1)
+        return Prediction(task, flag, correction, progress.sigmoid(), fails, calls)
 
     def failure_chance(self, prediction: Prediction) -> Tensor:
         """Return the calibrated probability of failure (B,)."""
@@ -148,7 +160,7 @@ CHECKPOINTS = Checkpoints(
     shipped=Path(__file__).with_name("planner.safetensors"),
     fits={
         "world version": WORLD_VERSION,
-        "schema": 5,
+        "schema": 6,
         "observation size": VECTOR_SIZE,
         "instructions": len(TASKS) + len(CORRECTIONS),
     },

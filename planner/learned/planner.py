@@ -13,14 +13,15 @@ from planner.base import MOST_TRIES, failed_too_often
 from planner.correction import CORRECTIONS
 from planner.instruction import TASKS, Assessment, Instruction, Task
 from planner.learned.features import N_CORRECTIONS, N_TASKS
-from planner.learned.network import CHECKPOINTS, Moments, PlannerNetwork
+from planner.learned.network import CHECKPOINTS, Moments, PlannerNetwork, Prediction
 from planner.learning.networks import one_thread
 from planner.policy_setup import PolicySetup
-from planner.procedure.cholecystectomy import CHOLECYSTECTOMY, GRAB
-from planner.rules.anatomy_gate import AnatomyGate
+from planner.procedure.cholecystectomy import CHOLECYSTECTOMY
+from planner.rules.anatomy_gate import room_in_words
 from planner.rules.call_gates import STANDSTILL, UNSEEN, SightGate, StandstillGate
+from planner.rules.interlocks import forbidden
 from planner.rules.rule_use import ANY, RuleCounts, RuleUse
-from planner.rules.task_gate import TaskClock, gate_task
+from planner.rules.task_gate import TaskClock
 from planner.scene.predicates import is_low
 from tissue_sim.sensing.observation import Observation
 from tissue_sim.sensing.rest_frame import RestFrame
@@ -28,17 +29,18 @@ from tissue_sim.sensing.rest_frame import RestFrame
 FLAG_ABOVE = 0.5  # probability that a correction is needed; assumed
 MOST_CORRECTIONS = 3  # in the network's history; assumed
 SURE = 0.7  # probability from which another task is given at once; assumed
+# Probability that a person must be called: before the first clip is due a call can wait until the
+# network is certain.
+CALL_EARLY, CALL_DUE = 0.95, 0.5  # assumed
+UNSURE = "The chance is {:.0%} that this is no case for the robot: a person must look."
 
 
 RULES = (
-    "no grab after a cut",
-    "task gate",
+    "interlocks",
     "certainty of a new task",
     "limit of corrections",
     "call: standstill",
     "call: sight",
-    "call: failed tries",
-    "call: anatomy",
 )
 """Rules that overrule the network, in the order in which they are applied."""
 
@@ -51,6 +53,7 @@ class _Moment(NamedTuple):
     task: int
     correction: int
     since_s: float
+    tries: int
 
 
 class PlannerLearned:
@@ -60,18 +63,17 @@ class PlannerLearned:
     task a second later. A late change costs a second, but an early change leaves a task undone.
     Hand-written rules overrule the network (`RULES`):
 
-    - The task gate (`gate_task`) decides which tasks may follow, by observed success.
-    - After the first cut the planner never grasps again: the tubes can no longer be spread.
+    - Interlocks mask tasks that nobody may order (`planner.rules.interlocks`).
     - Corrections that have not helped for some seconds make room for the task itself.
-    - The planner calls for a person where the tubes have no room (`AnatomyGate`).
     - The planner calls for a person where the tubes are observed badly (`SightGate`).
     - The planner calls for a person where the arms stand still (`StandstillGate`).
-    - The planner calls for a person before a fourth try of a clip or a cut.
 
-    The number of a tube's clips follows from its length, as observed before any tool pulled at it.
-    The planner raises an alarm where a task's chance of failure is high twice in a row.
+    The network itself calls for a person where the tubes have no room, or a clip or a cut has
+    failed too often. The number of a tube's clips follows from its length, as observed before any
+    tool pulled at it. The planner raises an alarm where a task's chance of failure is high twice in
+    a row.
 
-    With `alone`, the task gate is left out, to measure its effect; the rest is as above.
+    With `alone`, only the calls for bad sight and a standstill are left of the rules.
     """
 
     def __init__(self, network: PlannerNetwork, *, alone: bool = False) -> None:
@@ -86,7 +88,7 @@ class PlannerLearned:
         self._tries, self._clock = Counter[int](), TaskClock()
         self._uneasy = False
         self._frame = RestFrame()
-        self._room, self._sight, self._standstill = AnatomyGate(), SightGate(), StandstillGate()
+        self._sight, self._standstill = SightGate(), StandstillGate()
         self._rules = RuleCounts("planner", RULES)
 
     def rule_uses(self) -> tuple[RuleUse, ...]:
@@ -105,7 +107,7 @@ class PlannerLearned:
         self._take_up(chances)
         task = TASKS[self._task]
         self._rules.note(ANY, changed=self._task != int(opinion.task[0].argmax()))
-        if (why := self._why_call(task, observation)) is not None:
+        if (why := self._why_call(task, opinion, observation)) is not None:
             return Instruction(
                 task=task, hold=True, call=True, remark=why, time_s=observation.time_s
             )
@@ -113,7 +115,8 @@ class PlannerLearned:
         given = sum(moment.correction != N_CORRECTIONS for moment in self._moments)
         flagged = opinion.flag.sigmoid().item() > FLAG_ABOVE
         opens_first = task.grasps and is_low(observation)
-        wanted = flagged and given < MOST_CORRECTIONS and not opens_first
+        limited = (given >= MOST_CORRECTIONS or opens_first) and not self._alone
+        wanted = flagged and not limited
         self._rules.note("limit of corrections", changed=flagged and not wanted)
         self._correction = int(opinion.correction.argmax()) if wanted else N_CORRECTIONS
         return Instruction(
@@ -128,17 +131,18 @@ class PlannerLearned:
             ),
         )
 
-    def _why_call(self, task: Task, observation: Observation) -> str | None:
+    def _why_call(self, task: Task, opinion: Prediction, observation: Observation) -> str | None:
         """Return the reason why a person must be called now; None if there is no reason."""
         if self._calls("call: standstill", self._standstill.lasts):
             return STANDSTILL
         if self._calls("call: sight", self._sight.is_lost):
             return UNSEEN
-        if self._calls("call: failed tries", self._tries[self._task] > MOST_TRIES):
+        chance = opinion.calls.sigmoid().item()
+        if chance <= (CALL_DUE if task.is_deed else CALL_EARLY):
+            return None
+        if self._tries[self._task] > MOST_TRIES:
             return failed_too_often(task)
-        why = self._room.why_call(observation, due=task.is_deed)
-        self._calls("call: anatomy", why is not None)
-        return why
+        return room_in_words(observation) or UNSURE.format(chance)
 
     def _calls(self, rule: str, calls: bool) -> bool:
         self._rules.note(rule, changed=calls)
@@ -149,41 +153,35 @@ class PlannerLearned:
         self._clock.update(observation)
         seen, since_s = self._frame.follow(observation.vector()), self._clock.since_s
         self._moments.append(
-            _Moment(observation.time_s, seen, self._task, self._correction, since_s)
+            _Moment(
+                time_s=observation.time_s,
+                vector=seen,
+                task=self._task,
+                correction=self._correction,
+                since_s=since_s,
+                tries=self._tries[self._task],
+            )
         )
 
     def _chances(self, logits: torch.Tensor, observation: Observation) -> torch.Tensor:
-        """Return the probability of each task that may be due.
-
-        The probability of a task counts for the task that is due instead, unless the network
-        decides alone. After a cut no task is a grab, even if a person ordered the grab. A task on a
-        tube that is not there is no choice.
-        """
-        absent = [k for k, task in enumerate(TASKS) if task.tube not in (None, *observation.tubes)]
-        logits = logits.index_fill(0, torch.tensor(absent, dtype=torch.long), -torch.inf)
-        asked = int(logits.argmax())
-        if self._has_cut or observation.severed.any():
-            logits = logits.index_fill(0, torch.tensor(GRAB.index - 1), -torch.inf)
-        chances = logits.softmax(dim=-1)
-        left = int(chances.argmax())
-        self._rules.note("no grab after a cut", changed=left != asked)
+        """Return the probability of each task that may be ordered."""
         if self._alone:
-            return chances
-        given = TASKS[self._task] if self._task < N_TASKS else None
-        owed = [gate_task(asked, given, observation, self._clock).index - 1 for asked in TASKS]
-        gated = torch.zeros_like(chances).index_add(0, torch.tensor(owed), chances)
-        self._rules.note("task gate", changed=int(gated.argmax()) != left)
-        return gated
+            return logits.softmax(dim=-1)
+        masked = torch.tensor(forbidden(observation, has_cut=self._has_cut), dtype=torch.long)
+        asked, logits = int(logits.argmax()), logits.index_fill(0, masked, -torch.inf)
+        self._rules.note("interlocks", changed=int(logits.argmax()) != asked)
+        return logits.softmax(dim=-1)
 
     def _take_up(self, chances: torch.Tensor) -> None:
         task = int(chances.argmax())
-        sure = chances[task] >= SURE or task == self._preferred or self._task == N_TASKS
+        certain = self._alone or chances[task] >= SURE
+        sure = certain or task == self._preferred or self._task == N_TASKS
         self._preferred = task
         self._rules.note("certainty of a new task", changed=not sure and task != self._task)
         if sure and task != self._task:
             self._task, self._uneasy = task, False
             self._clock.begin()
-            self._tries[task] += TASKS[task].is_deed
+            self._tries[task] += 1
             self._has_cut |= _comes_from_cut(TASKS[task])
 
     def _stacked(self) -> Moments:
@@ -196,6 +194,7 @@ class PlannerLearned:
             task=torch.tensor([[row.task for row in rows]]),
             correction=torch.tensor([[row.correction for row in rows]]),
             since_s=torch.tensor([[row.since_s for row in rows]]),
+            tries=torch.tensor([[row.tries for row in rows]]),
         )
 
 

@@ -36,6 +36,7 @@ class Rollout:
         task: (n,) the task that should have been given, 0 to 16.
         correction: (n,) the correction that should have been given, 0 to 17, or -1.
         success: Whether the last task succeeded too.
+        declined: Whether the patient must be left to a person before the first clip.
         learned: Whether a learned controller moved the arms, not the expert.
         patient: The patient's seed. Several rollouts may be of one episode, sensed with other
             errors.
@@ -50,6 +51,7 @@ class Rollout:
     task: NDArray[np.int64]
     correction: NDArray[np.int64]
     success: bool
+    declined: bool = False
     learned: bool = False
     patient: int = 0
 
@@ -65,7 +67,8 @@ class Rollout:
     def digest(self) -> bytes:
         """Return the digest of the training data, without the patient and the acting controller."""
         columns = (self.states, self.said, self.corrected, self.task, self.correction)
-        return sha256(b"".join(c.tobytes() for c in columns) + bytes([self.success])).digest()
+        flags = bytes([self.success, self.declined])
+        return sha256(b"".join(c.tobytes() for c in columns) + flags).digest()
 
 
 class Labels(NamedTuple):
@@ -74,12 +77,14 @@ class Labels(NamedTuple):
     Attributes:
         correction: (B,) the needed correction, -1 where none is needed.
         fails: (B,) 1, 0, or NaN where the episode ends before the outcome is known.
+        calls: (B,) 1 where a person must be called, else 0.
     """
 
     task: Tensor
     correction: Tensor
     progress: Tensor
     fails: Tensor
+    calls: Tensor
 
 
 class MomentBatch(NamedTuple):
@@ -89,6 +94,7 @@ class MomentBatch(NamedTuple):
     said: Tensor
     corrected: Tensor
     since_s: Tensor
+    tries: Tensor
     begin: Tensor
     labels: Labels
 
@@ -100,6 +106,7 @@ class Rollouts:
         digest: Digest of all training data, in hex.
         changes: Steps up to a second after the right task has changed.
         flagged: Steps in which a correction is needed.
+        declined: Steps of patients who must be left to a person.
 
     Raises:
         ValueError: There is no rollout.
@@ -117,11 +124,13 @@ class Rollouts:
             said=_joined([r.said for r in rollouts]),
             corrected=_joined([r.corrected for r in rollouts]),
             since_s=_joined([_since_s(r.said) for r in rollouts]),
+            tries=_joined([_tries(r.said) for r in rollouts]),
             begin=torch.repeat_interleave(begins, lengths),
             labels=Labels(*(_joined(part) for part in zip(*map(_labels, rollouts), strict=True))),
         )
         self.changes = _joined([_just_changed(r.task) for r in rollouts]).nonzero()[:, 0]
         self.flagged = (self.steps.labels.correction != NOT_SAID).nonzero()[:, 0]
+        self.declined = self.steps.labels.calls.nonzero()[:, 0]
 
     def __len__(self) -> int:
         return len(self.steps.said)
@@ -144,6 +153,7 @@ class Rollouts:
             task=torch.where(any_heard, data.said[heard], N_TASKS),
             correction=torch.where(any_heard & (corrected >= 0), corrected, N_CORRECTIONS),
             since_s=torch.where(any_heard, data.since_s[heard] + lag[:, None] / CONTROL_HZ, 0.0),
+            tries=torch.where(any_heard, data.tries[heard], 0),
         )
 
     def labels(self, at: Tensor) -> Labels:
@@ -169,6 +179,7 @@ def _labels(rollout: Rollout) -> Labels:
         correction=torch.from_numpy(rollout.correction),
         progress=torch.from_numpy((np.arange(n) - start) / (end - start)).float(),
         fails=torch.from_numpy(np.where(unknown, np.nan, fails)).float(),
+        calls=torch.full((n,), float(rollout.declined)),
     )
 
 
@@ -192,6 +203,16 @@ def _since_s(said: NDArray[np.int64]) -> NDArray[np.float32]:
     return ((np.arange(len(said)) - np.repeat(starts, ends - starts)) / CONTROL_HZ).astype(
         np.float32
     )
+
+
+def _tries(said: NDArray[np.int64]) -> NDArray[np.int64]:
+    """Return how many times the task in force has been given so far."""
+    starts, ends = _runs(said)
+    given, times = said[starts], np.zeros(len(starts), np.int64)
+    for task in np.unique(given):
+        runs = given == task
+        times[runs] = 1 + np.arange(runs.sum())
+    return np.repeat(times, ends - starts)
 
 
 def _just_changed(task: NDArray[np.int64]) -> NDArray[np.bool_]:

@@ -11,20 +11,24 @@ import torch
 from torch import Tensor
 from torch.nn import functional as F
 
+from planner.base import MOST_TRIES
 from planner.learned.calibration import calibrate
 from planner.learned.features import N_CORRECTIONS, N_TASKS, VERY_LONG_S
 from planner.learned.network import CHECKPOINTS, Moments, PlannerConfig, PlannerNetwork, Prediction
 from planner.learned.rollout import ASKED_EVERY, Labels, Rollout, Rollouts
 from planner.learning.optimise import Schedule, TrainingStep, learn
+from planner.procedure.cholecystectomy import TASKS
 
 CHECKPOINT_FILE = CHECKPOINTS.shipped.name
 NORMALISE_BY = 20_000  # steps
 KEEP_OUT_EVERY = 6  # patients
-CHANGES, FLAGGED = 0.25, 0.2  # of a batch; the rest is drawn uniformly from all steps
+CHANGES, FLAGGED, DECLINED = 0.25, 0.2, 0.1  # of a batch; the rest is drawn from all steps
 MISLED, UNTOLD = 0.2, 0.1  # of a batch: given a wrong task, or none
+TRIED_OUT = 0.05  # of a batch: a task that has been given more often than it may; assumed
 TASK_SHARE = 0.6  # of the loss; SRT-H's
 MIN_WEIGHT = 1e-6  # of a batch in which nothing counts, so as not to divide by zero
 FLAG_WEIGHT, CORRECTION_WEIGHT, PROGRESS_WEIGHT, FAILS_WEIGHT = 1.0, 0.5, 0.5, 0.5
+CALLS_WEIGHT = 1.0
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -94,10 +98,13 @@ class PlannerData(Rollouts):
         every = torch.randint(least, most, (n,), generator=chance)
         lag = 1 + (torch.rand(n, generator=chance) * every).long()
         moments = _with_wrong_words(self.moments(at, every, lag), chance)
+        moments, tried_out = with_many_tries(moments, chance)
         with torch.autocast("cpu", torch.bfloat16, enabled=self._config.bfloat16):
             prediction = network(moments)
         told = Prediction(*(part.float() for part in prediction))
-        return loss_of(told, self.labels(at), weight)
+        labels = self.labels(at)
+        calls = torch.where(tried_out, 1.0, labels.calls)
+        return loss_of(told, labels._replace(calls=calls), weight)
 
 
 def split_rollouts(rollouts: Sequence[Rollout]) -> tuple[list[Rollout], list[Rollout]]:
@@ -116,7 +123,7 @@ def sample_steps(data: Rollouts, n: int, chance: torch.Generator) -> tuple[Tenso
 
     The method is importance sampling: probabilities stay unbiased, and rare steps occur often.
     """
-    shares = [(data.changes, CHANGES), (data.flagged, FLAGGED)]
+    shares = [(data.changes, CHANGES), (data.flagged, FLAGGED), (data.declined, DECLINED)]
     shares = [(pool, share) for pool, share in shares if len(pool)]
     alike = 1.0 - sum(share for _, share in shares)
     parts = [pool[_sample(len(pool), round(share * n), chance)] for pool, share in shares]
@@ -146,7 +153,23 @@ def _with_wrong_words(moments: Moments, chance: torch.Generator) -> Moments:
         task=torch.where(untold, N_TASKS, task),
         correction=torch.where(misled | untold, N_CORRECTIONS, moments.correction),
         since_s=torch.where(untold, 0.0, torch.where(misled, since_s, moments.since_s)),
+        tries=torch.where(untold, 0, torch.where(misled, 1, moments.tries)),
     )
+
+
+def with_many_tries(moments: Moments, chance: torch.Generator) -> tuple[Moments, Tensor]:
+    """Return moments in some of which a clip or a cut was given too often, and (B,) in which.
+
+    Few episodes come so far, and the oracle calls a person in each (`planner.scripted`).
+    """
+    deeds = torch.tensor([task.is_deed for task in TASKS] + [False])
+    draw = torch.rand(len(moments.task), generator=chance) < TRIED_OUT
+    tried_out = draw & deeds[moments.task[:, -1]]
+    same = moments.task == moments.task[:, -1:]
+    too_often = torch.where(same, MOST_TRIES + 1, moments.tries)
+    return moments._replace(
+        tries=torch.where(tried_out[:, None], too_often, moments.tries)
+    ), tried_out
 
 
 def loss_of(prediction: Prediction, labels: Labels, weight: Tensor) -> Tensor:
@@ -160,6 +183,7 @@ def loss_of(prediction: Prediction, labels: Labels, weight: Tensor) -> Tensor:
     progress = F.smooth_l1_loss(prediction.progress, labels.progress, beta=0.1)
     told = weight * ~labels.fails.isnan()
     fails = _chance_loss(prediction.fails, labels.fails.nan_to_num(), told)
+    calls = _chance_loss(prediction.calls, labels.calls, weight)
     wanted = labels.correction.clamp(min=0)
     right = F.cross_entropy(prediction.correction, wanted, reduction="none")
     flagged = labels.correction >= 0
@@ -169,6 +193,7 @@ def loss_of(prediction: Prediction, labels: Labels, weight: Tensor) -> Tensor:
         + CORRECTION_WEIGHT * correction
         + PROGRESS_WEIGHT * progress
         + FAILS_WEIGHT * fails
+        + CALLS_WEIGHT * calls
     )
     return TASK_SHARE * task + (1.0 - TASK_SHARE) * rest
 

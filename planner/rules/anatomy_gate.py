@@ -39,16 +39,22 @@ class AnatomyGate:
         if not _is_untouched(observation) and (self._judged or not due):
             return None
         self._judged |= due
-        return " ".join(self._reasons(observation, due=due)) or None
+        return room_in_words(observation, stds=DUE if due else SURE) or None
 
-    def _reasons(self, observation: Observation, *, due: bool) -> Iterator[str]:
-        for side in observation.tubes:
-            tube, length_m = structure_seen(side, observation), observation.length_m(side)
-            needs_m = needed_m(tube, applier_on(side, observation), FEWEST_CLIPS)
-            if observation.is_severed(side):
-                continue
-            if needs_m - length_m > (DUE if due else SURE) * observation.length_std_m(side):
-                yield too_short(f"The {tube} looks", length_m, needs_m)
+
+def room_in_words(observation: Observation, *, stds: float = 0.0) -> str:
+    """Return which tubes look too short by more than some standard deviations; "" if none does."""
+    return " ".join(_reasons(observation, stds))
+
+
+def _reasons(observation: Observation, stds: float) -> Iterator[str]:
+    for side in observation.tubes:
+        tube, length_m = structure_seen(side, observation), observation.length_m(side)
+        needs_m = needed_m(tube, applier_on(side, observation), FEWEST_CLIPS)
+        if observation.is_severed(side):
+            continue
+        if needs_m - length_m > stds * observation.length_std_m(side):
+            yield too_short(f"The {tube} looks", length_m, needs_m)
 
 
 def _is_untouched(observation: Observation) -> bool:

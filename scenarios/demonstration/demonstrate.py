@@ -16,6 +16,7 @@ from planner.learning.files import write_atomic
 from scenarios.catalogue import ORACLE
 from scenarios.demonstration.mix import (
     CORRECTION,
+    DECLINED,
     FORKED,
     IN_TURNS,
     OF_THE_LEARNED,
@@ -46,7 +47,8 @@ class DemonstrationOutcome:
     """Result of a demonstration.
 
     Attributes:
-        success: Whether the procedure succeeded; of failed ones only rollouts enter the dataset.
+        success: Whether the procedure succeeded, or the patient was declined as planned. Of failed
+            ones only those enter the dataset in which a learned controller acted.
         error: The error that broke the episode off; None for none.
         unwritable: The reason why the file could not be written; None if it was written.
     """
@@ -94,7 +96,7 @@ def demonstrate(demonstration: PlannedDemonstration, out: Path) -> Demonstration
         frames=len(episode),
         wall_s=time.perf_counter() - start_s,
     )
-    joins = success or demonstration.is_rollout
+    joins = success or demonstration.family in OF_THE_LEARNED
     path = part if joins else part_path(demonstration, out, FAILED)
     return written(
         outcome,
@@ -141,7 +143,7 @@ def run(demonstration: PlannedDemonstration, part: Path) -> Demonstrated:
         seed=seed,
         kind=kind,
         scenario=demonstration.scenario,
-        success=result.success,
+        success=result.success or _is_declined(demonstration, result),
         failures=failures_of(result),
         anatomy=plain(episode.world.anatomy),
         versions=versions(),
@@ -228,7 +230,12 @@ def _planner(
         late = demonstration.noise and demonstration.seed % 2 == 1
         prompt = demonstration.family not in OF_THE_LEARNED and not late
         order = shuffled_order(rng) if demonstration.family in (ORDER, *IN_TURNS, *FORKED) else ()
-        planner = PlannerScripted(world, order=order, hears_of_success=prompt)
+        planner = PlannerScripted(
+            world,
+            order=order,
+            hears_of_success=prompt,
+            grabs_before_calling=demonstration.family == DECLINED,
+        )
     corrected_by_turns = demonstration.family == TURNS and demonstration.seed % 2 == 1
     if demonstration.family == CORRECTION or corrected_by_turns:
         return PlannerInterjecting(planner, world, rng)
@@ -248,6 +255,11 @@ def _controller(
 
     learner = load_controller(demonstration.checkpoint, demonstration.seed)
     return ControllerTakingTurns(learner, controller, rng)
+
+
+def _is_declined(demonstration: PlannedDemonstration, result: EpisodeResult) -> bool:
+    """Return whether a patient who must be declined was: the grab alone was to be shown."""
+    return demonstration.family == DECLINED and result.outcome == "called"
 
 
 def failures_of(result: EpisodeResult) -> list[str]:

@@ -31,8 +31,11 @@ RECOVERIES = (
 NOMINAL, RECOVERY, CORRECTION = "nominal", "recovery", "correction"
 ORDER, TURNS = "order", "turns"
 ROLLOUT, FORK, FORKED_TURNS = "rollout", "fork", "forked-turns"
+DECLINED = "declined"  # only the grab, on a patient who is left to a person
 INTERVENTION = "intervention"  # in no mix: an episode in which a person intervened
-KINDS = NOMINAL, RECOVERY, CORRECTION, ORDER, TURNS, ROLLOUT, FORK, FORKED_TURNS, INTERVENTION
+KINDS = (
+    NOMINAL, RECOVERY, CORRECTION, ORDER, TURNS, ROLLOUT, FORK, FORKED_TURNS, DECLINED, INTERVENTION
+)  # fmt: skip
 OF_THE_LEARNED = TURNS, ROLLOUT, FORKED_TURNS
 IN_TURNS, FORKED = (TURNS, FORKED_TURNS), (FORK, FORKED_TURNS)
 FAILING = ":"  # between a kind and its scenario: a failure of the recovery set, or a variant
@@ -48,6 +51,7 @@ MIXES: dict[str, tuple[str, ...]] = {  # the kinds alternate from seed to seed
     "rollouts-recovery": (ROLLOUT + FAILING,),
     "forks": (FORK, FORK + FAILING),
     "forked-turns": (FORKED_TURNS, FORKED_TURNS + FAILING),
+    "declined": (DECLINED,),
     "all": (NOMINAL, RECOVERY + FAILING, NOMINAL, CORRECTION),
 }
 LEARNED_MIXES = tuple(m for m, kinds in MIXES.items() if kinds[0].rstrip(FAILING) in OF_THE_LEARNED)
@@ -59,8 +63,8 @@ class PlannedDemonstration:
 
     Attributes:
         seed: Seed of the patient and of all random numbers.
-        kind: One of "nominal", "correction", "order", "turns", "rollout", "fork", "forked-turns".
-            The forms "recovery:NAME", "turns:NAME", "rollout:NAME", "fork:NAME" and
+        kind: One of "nominal", "correction", "order", "turns", "rollout", "fork", "forked-turns",
+            "declined". The forms "recovery:NAME", "turns:NAME", "rollout:NAME", "fork:NAME" and
             "forked-turns:NAME" name a perturbation, "nominal:NAME" a variant.
         noise: Whether bursts of noise disturb the motion.
         checkpoint: Checkpoint of the learned controller that takes turns with the expert, or acts
@@ -112,7 +116,7 @@ def demonstrations(
     """Plan a demonstration for each training seed with a short enough artery.
 
     A larger number of episodes only adds some. Patients for whom a person must be called are left
-    out.
+    out, or are the only ones ("declined").
 
     Args:
         mix: A key of `MIXES`.
@@ -141,12 +145,13 @@ def _kind(mix: str, seed: int) -> str:
 
 
 def _is_asked_for(demonstration: PlannedDemonstration, artery_below_m: float) -> bool:
-    """Return whether the patient is operable and has an artery shorter than this."""
+    """Return whether the patient is operable, unless declined, with an artery shorter than this."""
     from tissue_sim.outcome.room import why_call
 
     variant = SCENARIOS[demonstration.scenario].variant
     anatomy = patient_of(demonstration.seed, variant)
-    return anatomy.artery_length_m < artery_below_m and why_call(anatomy) is None
+    declined = why_call(anatomy) is not None
+    return anatomy.artery_length_m < artery_below_m and declined == (demonstration.kind == DECLINED)
 
 
 def shuffled_order(rng: np.random.Generator) -> tuple[Task, ...]:

@@ -41,8 +41,10 @@ def test_the_way_that_is_left_points_along_the_direction_of_the_named_arm(row):
     assert not ways[1 - arm].any()
 
 
-def test_an_arm_that_went_too_far_is_not_told_to_come_back():
-    assert not token(0, 2, -0.001)[-20:].any()
+def test_an_arm_that_went_too_far_is_told_the_way_back():
+    beyond, before = token(0, 2, -0.001)[-20:], token(0, 2, 0.001)[-20:]
+    assert before.any()
+    torch.testing.assert_close(beyond, -before)
     assert not token(0, NONE)[-20:].any()
 
 

@@ -22,7 +22,7 @@ from controller.diffusion.displacement import (
 )
 from controller.diffusion.windows import Batch, Windows
 from controller.expert.motion import JAW_SPEED_RAD_S
-from planner.correction import CORRECTIONS, correction_from_text
+from planner.correction import CORRECTIONS, DIRECTION_ENDOSCOPE, correction_from_text
 from tests.controller.diffusion.demonstrated import demonstration
 from tissue_sim.constants import CONTROL_PERIOD_S
 from tissue_sim.sensing.observation import fields
@@ -97,8 +97,14 @@ def test_under_a_correction_the_chunk_goes_the_same_way_from_any_place(seen, mov
     assert torch.equal(led.chunk, seen.chunk)
 
 
-def test_a_correction_that_has_gone_its_way_rests_with_the_jaws_as_commanded(seen):
-    told = corrected(seen, "move right arm higher")
+@pytest.mark.parametrize(
+    ("text", "row", "along"),
+    [("move right arm higher", RIGHT, "higher"), ("move left arm to the left", LEFT, "left")],
+)
+def test_an_arm_that_has_gone_too_far_goes_back_by_it_with_the_jaws_as_commanded(
+    seen, text, row, along
+):
+    told = corrected(seen, text)
     told = told._replace(left=torch.full_like(told.left, 0.004))
     ended = arrived(told, torch.Generator().manual_seed(0))
     done = (ended.left != told.left).any(dim=1)
@@ -106,8 +112,16 @@ def test_a_correction_that_has_gone_its_way_rests_with_the_jaws_as_commanded(see
     assert (ended.left[done, 0] <= 0.0).all()
     assert (ended.left[:, 1] == told.left[:, 1]).all()
     assert ended.valid[done].all()
-    for motion in actions_of(ended.chunk[done][0].numpy()):
-        np.testing.assert_allclose(motion, hold(ended.jaw_rad[done][0].numpy()).vector(), atol=1e-6)
+    rests = hold(ended.jaw_rad[done][0].numpy()).vector().reshape(2, 10)
+    motions = actions_of(ended.chunk[done][0].numpy()).reshape(-1, 2, 10)
+    gone_m = motions[..., :3].sum(axis=0)
+    gone = 1.0 - np.exp(-len(motions) / BACK_STEPS)
+    back_m = gone * ended.left[done][0, 0].item() * np.array(DIRECTION_ENDOSCOPE[along])
+    np.testing.assert_allclose(gone_m[row], back_m, atol=1e-6)
+    np.testing.assert_allclose(gone_m[1 - row], 0.0, atol=1e-9)
+    np.testing.assert_allclose(
+        motions[..., 3:], np.broadcast_to(rests[:, 3:], (len(motions), 2, 7)), atol=1e-6
+    )
     assert torch.equal(ended.chunk[~done], told.chunk[~done])
     assert torch.equal(arrived(seen, torch.Generator().manual_seed(0)).chunk, seen.chunk)
 

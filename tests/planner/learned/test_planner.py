@@ -7,15 +7,14 @@ import numpy as np
 import pytest
 import torch
 
-from planner.base import MOST_TRIES, PATIENCE_S
 from planner.correction import CORRECTIONS
 from planner.learned.network import Moments, PlannerConfig, PlannerNetwork
-from planner.learned.planner import MOST_CORRECTIONS, SURE, PlannerLearned
+from planner.learned.planner import CALL_DUE, CALL_EARLY, MOST_CORRECTIONS, SURE, PlannerLearned
 from planner.learned.rollout import NOT_SAID, Rollouts
 from planner.procedure.cholecystectomy import TASKS
 from planner.procedure.task import Task
-from planner.rules.task_gate import GRAB_S, TaskClock, gate_task
-from tests.planner.learned.rolled_out import rollout
+from planner.rules.interlocks import forbidden
+from tests.planner.learned.rolled_out import rollout, with_tasks
 from tests.planner.observations import at_work, clipped
 from tissue_sim.constants import CONTROL_HZ
 from tissue_sim.sensing.observation import (
@@ -27,7 +26,8 @@ from tissue_sim.sensing.observation import (
 
 CONFIG = PlannerConfig(history=4, width=32, layers=1)
 GRAB, FIRST, CUT, BACK_FROM_CUT, CLIP = (TASKS[k] for k in (0, 1, 7, 8, 9))
-LONG_S = round(GRAB_S) + 2  # a grab that lasts so long is over when the network says so
+LONG_S = 8
+REST = -4  # the network's last outputs: flag, progress, failure and call
 ROWS = range(0, 10 * CONTROL_HZ, CONTROL_HZ)
 JOINTS = np.zeros((2, 7)), np.full((2, 7), 0.5)  # to and fro, so that nobody is called
 
@@ -37,6 +37,7 @@ def network() -> PlannerNetwork:
     torch.manual_seed(0)
     network = PlannerNetwork(CONFIG)
     network.normalise_by(torch.from_numpy(rollout().states))
+    network.leave[1].bias.data[-1] = -50.0  # it calls nobody
     return network.eval().requires_grad_(False)
 
 
@@ -45,10 +46,7 @@ def said_to(planner: PlannerLearned, states: np.ndarray, start_s: float = 0.0) -
 
 
 @pytest.mark.parametrize("sharpness", [1.0, 1e4])
-def test_it_follows_its_network_once_sure_or_when_the_network_repeats(
-    network, sharpness, monkeypatch
-):
-    monkeypatch.setattr("planner.learned.planner.MOST_TRIES", len(ROWS))
+def test_it_follows_its_network_once_sure_or_when_the_network_repeats(network, sharpness):
     network = sharpened(network, sharpness)
     states = rollout(4).states[: ROWS[-1] + 1]
     said = said_to(PlannerLearned(network), states)
@@ -66,8 +64,7 @@ def test_it_follows_its_network_once_sure_or_when_the_network_repeats(
     data = Rollouts([as_run], CONFIG.history)
     at = torch.tensor(ROWS)
     prediction = network(data.moments(at, torch.full_like(at, 30), torch.ones_like(at)))
-    asked = prediction.task.softmax(dim=-1)
-    chances = torch.stack([due_of(asked[k], said[:k], states) for k in range(len(said))])
+    chances = torch.stack([allowed(prediction.task[k], said[:k], states) for k in range(len(said))])
     preferred = chances.argmax(dim=-1).tolist()
     for k in range(1, len(said)):
         sure = chances[k].max() >= SURE or preferred[k] == preferred[k - 1]
@@ -95,7 +92,7 @@ def test_it_waits_a_second_where_it_is_not_sure(network, chance, waits):
     assert {s.task for s in said_for(planner, LONG_S)} == {GRAB}
     planner._network = torn(network, CLIP, GRAB, chance)
     said = said_for(planner, 2, LONG_S)
-    assert [s.task for s in said] == [GRAB if waits else FIRST, FIRST]
+    assert [s.task for s in said] == [GRAB if waits else CLIP, CLIP]
 
 
 def test_an_alarm_needs_two_looks_in_a_row_in_one_task(network):
@@ -106,7 +103,7 @@ def test_an_alarm_needs_two_looks_in_a_row_in_one_task(network):
     said = said_for(planner, LONG_S)
     planner._network = leaves
     said += said_for(planner, 2, LONG_S)
-    assert [s.task for s in said] == LONG_S * [GRAB] + 2 * [FIRST]
+    assert [s.task for s in said] == LONG_S * [GRAB] + 2 * [CLIP]
     assert [s.assessment.alarm for s in said] == [False] + (LONG_S - 1) * [True] + [False, True]
     asks.alarm.fill_(1.0)
     assert not any(s.assessment.alarm for s in said_for(PlannerLearned(asks), 2))
@@ -117,60 +114,63 @@ def said_for(planner: PlannerLearned, n: int, start_s: int = 0) -> list:
     return [planner.plan(clipped(time_s=float(start_s + k))) for k in range(n)]
 
 
-def due_of(asked: torch.Tensor, said: list, states: np.ndarray) -> torch.Tensor:
-    """Return what is due of what is asked for after `said`, one instruction each second."""
-    clock, given = TaskClock(), None
-    for k in range(len(said) + 1):
-        now = observation_of(states[k * CONTROL_HZ], float(k))
-        clock.update(now)
-        if k < len(said) and said[k].task != given:
-            given = said[k].task
-            clock.begin()
-    chances = torch.zeros(len(TASKS))
-    for task, chance in zip(TASKS, asked, strict=True):
-        owed = gate_task(task, given, now, clock)
-        chances[owed.index - 1] += chance
-    return chances
+def allowed(logits: torch.Tensor, said: list, states: np.ndarray) -> torch.Tensor:
+    """Return the chances of the tasks that may be ordered after `said`, one each second."""
+    k = len(said)
+    has_cut = any(s.task.goes_back and TASKS[s.task.index - 2].severs for s in said)
+    masked = forbidden(observation_of(states[k * CONTROL_HZ], float(k)), has_cut=has_cut)
+    return logits.index_fill(0, torch.tensor(masked, dtype=torch.long), -torch.inf).softmax(dim=-1)
 
 
-@pytest.mark.parametrize("asked", [GRAB, FIRST, BACK_FROM_CUT, CLIP])
+@pytest.mark.parametrize("asked", [GRAB, FIRST, BACK_FROM_CUT, CUT])
 def test_alone_it_gives_what_its_network_asks_for(network, asked):
-    says, ready = torn(network, asked, CUT, 0.9), at_work(left=3, back=True)
+    says, ready = torn(network, asked, CLIP, 0.9), at_work(left=2, back=True)
     assert PlannerLearned(says, alone=True).plan(ready).task == asked
-    assert PlannerLearned(says).plan(ready).task == (GRAB if asked == GRAB else CUT)
+    assert PlannerLearned(says).plan(ready).task == (CLIP if asked == CUT else asked)
+
+
+def test_it_orders_what_its_network_asks_for_whatever_is_seen_to_be_due(network):
+    for asked in (GRAB, CLIP, BACK_FROM_CUT):
+        says = torn(network, asked, CUT, 0.9)
+        assert PlannerLearned(says).plan(at_work(left=3, back=True)).task == asked
 
 
 def test_after_a_cut_it_never_asks_to_grasp_again(network):
-    planner, ready = PlannerLearned(torn(network, CUT, CLIP, 0.99)), at_work(left=3, back=True)
-    assert planner.plan(ready).task == CUT
-    made = replace(ready, severed=np.array([True, False, False]))
-    assert planner.plan(replace(made, time_s=1.0)).task == BACK_FROM_CUT
+    planner, ready = PlannerLearned(torn(network, BACK_FROM_CUT, CLIP, 0.99)), at_work(left=3)
+    assert planner.plan(ready).task == BACK_FROM_CUT
     planner._network = torn(network, GRAB, CLIP, 0.9)
-    assert {planner.plan(replace(made, time_s=float(s))).task for s in range(2, 8)} == {CLIP}
+    assert {planner.plan(replace(ready, time_s=float(s))).task for s in range(1, 6)} == {CLIP}
     planner.reset()
     assert planner.plan(ready).task == GRAB
 
 
 def test_after_a_persons_cut_it_does_not_ask_to_grasp_either(network):
-    planner = PlannerLearned(torn(network, GRAB, CLIP, 0.9))
+    planner = PlannerLearned(torn(network, GRAB, FIRST, 0.9))
     made = replace(at_work(right=3, back=True), severed=np.array([False, True, False]))
-    assert planner.plan(made).task == TASKS[1]
+    assert planner.plan(made).task == FIRST
 
 
-def test_a_clip_that_has_been_tried_three_times_is_left_to_a_person(network):
-    planner, times = PlannerLearned(torn(network, TASKS[1], GRAB, 0.99)), 0
-    before = TASKS[0]
-    for second in range(round((MOST_TRIES + 1) * (PATIENCE_S + 4.0))):
-        at_home = replace(at_work(back=True), time_s=float(second), joints=JOINTS[second % 2])
-        said = planner.plan(at_home)
-        times += said.task == TASKS[1] != before
-        before = said.task
-        assert said.call == (times > MOST_TRIES), second
-        if said.call:
-            break
-    assert times == MOST_TRIES + 1
-    assert said.hold
-    assert "3 times" in said.remark
+@pytest.mark.parametrize("asked", [GRAB, CLIP])
+def test_its_network_calls_a_person_before_the_first_clip_only_when_certain(network, asked):
+    least = CALL_DUE if asked.is_deed else CALL_EARLY
+    for chance, calls in ((least - 0.02, False), (least + 0.02, True)):
+        says = torn(network, asked, CUT, 0.99)
+        says.leave[1].weight.data[-1] = 0.0
+        says.leave[1].bias.data[-1] = math.log(chance / (1.0 - chance))
+        said = PlannerLearned(says).plan(at_work())
+        assert (said.call, said.hold) == (calls, calls)
+        assert not calls or f"{chance:.0%}" in said.remark
+
+
+def test_its_network_hears_how_often_a_task_was_given(network):
+    planner, heard = PlannerLearned(torn(network, FIRST, GRAB, 0.99)), []
+    for second in range(6):
+        planner._network = torn(network, (FIRST, TASKS[2])[second % 2], GRAB, 0.99)
+        planner.plan(replace(at_work(), time_s=float(second), joints=JOINTS[second % 2]))
+        heard.append((planner._moments[-1].task, planner._moments[-1].tries))
+    assert heard == [(len(TASKS), 0), (1, 1), (2, 1), (1, 2), (2, 2), (1, 3)]
+    data = Rollouts([with_tasks([1, 2, 1, 2, 1])], CONFIG.history)
+    assert data.steps.tries[:: 4 * CONTROL_HZ].tolist() == [1, 1, 2, 2, 3]
 
 
 def torn(network: PlannerNetwork, one: Task, other: Task, chance: float) -> PlannerNetwork:
@@ -228,12 +228,14 @@ def test_unknown_moments_have_no_effect(network):
         task=torch.tensor([[0, 1, 2, 3]]),
         correction=torch.tensor([[0, 1, 2, 3]]),
         since_s=torch.rand(1, 4),
+        tries=torch.tensor([[0, 1, 2, 3]]),
     )
     other = moments._replace(
         frames=torch.where(known[..., None], moments.frames, torch.zeros(())),
         task=torch.where(known, moments.task, 9),
         correction=torch.where(known, moments.correction, 9),
         since_s=torch.where(known, moments.since_s, torch.zeros(())),
+        tries=torch.where(known, moments.tries, 4),
     )
     for a, b in zip(network(moments), network(other), strict=True):
         torch.testing.assert_close(a, b)
@@ -246,7 +248,7 @@ def test_it_corrects_only_under_its_flag(network):
     for flag, n_corrected in ((-50.0, 0), (50.0, MOST_CORRECTIONS)):
         biased = PlannerNetwork(CONFIG).eval()
         biased.load_state_dict(network.state_dict())
-        biased.leave[1].bias.data[-3] = flag
+        biased.leave[1].bias.data[REST] = flag
         said = said_to(PlannerLearned(biased.requires_grad_(False)), rollout(3).states)
         corrected = [s.correction is not None for s in said]
         windows = [corrected[k : k + CONFIG.history] for k in range(len(said) - CONFIG.history)]

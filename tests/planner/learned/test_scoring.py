@@ -38,6 +38,7 @@ class Knowing:
             correction=torch.nn.functional.one_hot(task % N_CORRECTIONS, N_CORRECTIONS).float(),
             progress=torch.zeros(len(task)),
             fails=late.float() * 20.0 - 10.0,
+            calls=torch.zeros(len(task)),
         )
 
     def failure_chance(self, prediction: Prediction) -> torch.Tensor:

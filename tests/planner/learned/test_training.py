@@ -5,15 +5,20 @@ from dataclasses import replace
 import pytest
 import torch
 
+from planner.base import MOST_TRIES
 from planner.learned.network import CHECKPOINTS
+from planner.learned.rollout import Rollouts
 from planner.learned.training import (
     CHECKPOINT_FILE,
     KEEP_OUT_EVERY,
     PRESETS,
+    TRIED_OUT,
     split_rollouts,
     train,
+    with_many_tries,
 )
 from planner.learning.optimise import fine_tuning
+from planner.procedure.cholecystectomy import TASKS
 from tests.planner.learned.rolled_out import rollout
 
 SMOKE = PRESETS["smoke"]
@@ -38,6 +43,18 @@ def test_fine_tuning_starts_from_a_checkpoint_and_keeps_its_normalisation(learnt
     assert torch.equal(before.mean, after.mean)
     assert torch.equal(before.deviation, after.deviation)
     assert not torch.equal(before.place, after.place)
+
+
+def test_a_clip_or_a_cut_that_was_given_too_often_is_shown_as_a_call():
+    data = Rollouts([rollout(0)], SMOKE.planner.history)
+    at = torch.arange(0, len(data), 3)
+    moments = data.moments(at, torch.full_like(at, 30), torch.ones_like(at))
+    shown, calls = with_many_tries(moments, torch.Generator().manual_seed(0))
+    deeds = torch.tensor([*(task.is_deed for task in TASKS), False])[moments.task[:, -1]]
+    assert 0.5 * TRIED_OUT < calls[deeds].float().mean() < 2.0 * TRIED_OUT
+    assert not calls[~deeds].any()
+    assert (shown.tries[calls, -1] == MOST_TRIES + 1).all()
+    assert torch.equal(shown.tries[~calls], moments.tries[~calls])
 
 
 def learned_by(patients, copies=2):

@@ -6,16 +6,19 @@ from itertools import islice, takewhile
 import numpy as np
 import pytest
 
+from controller.dataset.part import read_part
+from controller.dataset.rollouts import rollout_of
 from controller.dataset.schema import STATE, TISSUE
 from controller.diffusion.policy import CHECKPOINTS, Policy
 from controller.diffusion.training import PRESETS
 from planner.correction import CORRECTIONS, correction_from_text
 from planner.instruction import TASKS, Instruction
 from planner.policy_setup import PolicySetup
-from scenarios.demonstration.demonstrate import begun, run
+from planner.procedure.cholecystectomy import GRAB
+from scenarios.demonstration.demonstrate import begun, demonstrate, part_path, run
 from scenarios.demonstration.demonstration_recorder import DemonstrationRecorder
 from scenarios.demonstration.interjections import PlannerInterjecting, is_harmless
-from scenarios.demonstration.mix import PlannedDemonstration
+from scenarios.demonstration.mix import PlannedDemonstration, demonstrations
 from scenarios.demonstration.turns import expert_acts
 from tests.scenarios.calling import PlannerCalls
 from tissue_sim.outcome.room import why_call
@@ -162,6 +165,15 @@ def test_a_procedure_in_which_a_person_is_called_at_once_has_nothing_to_keep(tmp
     seed = next(seed for seed in range(900, 1_000) if why_call(anatomy_from_seed(seed)))
     with pytest.raises(ValueError, match=f"seed {seed} ended before its first frame"):
         run(PlannedDemonstration(seed=seed, kind="order", noise=False), tmp_path / "part.parquet")
+
+
+def test_a_patient_who_is_left_to_a_person_is_grasped_and_no_more(tmp_path):
+    (planned,) = demonstrations("declined", 0, 1)
+    done = demonstrate(planned, tmp_path)
+    assert done.success, done.error
+    shown = read_part(part_path(planned, tmp_path))
+    assert set(shown.columns["task"]) == {GRAB.index, GRAB.index + 1}
+    assert rollout_of(shown).declined
 
 
 @pytest.mark.slow
