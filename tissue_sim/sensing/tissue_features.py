@@ -8,7 +8,7 @@ from typing import NamedTuple
 import torch
 from torch import Tensor
 
-from tissue_sim.patient.tube_names import USUAL_TUBES
+from tissue_sim.patient.tube_names import TUBES, USUAL_TUBES
 from tissue_sim.sensing.observation import LIKELY, MAX_CLIPS, ROWS, TUBE_POINTS
 from tissue_sim.thresholds import GRASP_MIN_TRACTION_N, HELD_PINCH_N, SPREAD_MIN_M, TAUT_MIN
 from tissue_sim.tools.arms import LEFT_ARM, RIGHT_ARM
@@ -65,33 +65,39 @@ def tissue_features(now: dict[str, Tensor]) -> list[Tensor]:
             tubes. Standard deviations and hidden marks of the points of tubes and sac. Radii and
             lengths of the tubes.
     """
-    tubes, closed, exist = now["tubes_m"].unbind(dim=1), closed_clips(now), tubes_there(now)
-    lengths_m = now["rest_length_m"].split(1, dim=1)
-    sitting = [
-        clips_along(tube, length_m, now["clips_m"], closed)
-        for tube, length_m in zip(tubes, lengths_m, strict=True)
-    ]
+    closed, exist = closed_clips(now), tubes_there(now)
+    tubes_m, length_m = now["tubes_m"].flatten(0, 1), now["rest_length_m"].reshape(-1, 1)
+    sitting = clips_along(tubes_m, length_m, per_tube(now["clips_m"]), per_tube(closed))
+    on_tubes_m, on_tubes = by_patient(sitting.places_m), by_patient(sitting.there)
     points = torch.cat(
-        [*tubes, now["sac_m"], now["clips_m"], *(clips.places_m for clips in sitting)], dim=1
+        [now["tubes_m"].flatten(1, 2), now["sac_m"], now["clips_m"], on_tubes_m.flatten(1, 2)],
+        dim=1,
     )
-    of_clips = torch.cat([closed, *(clips.there for clips in sitting)], dim=1)
+    of_clips = torch.cat([closed, on_tubes.flatten(1)], dim=1)
     of_tubes = exist.repeat_interleave(TUBE_POINTS, dim=1)
     of_sac = torch.ones_like(now["sac_m"][..., 0])
     there = torch.cat([of_tubes, of_sac, of_clips], dim=1)[..., None]
     tips = now["tips_endoscope"]
     off = (points[:, None] - tips[:, :, None, :, 3]) * there[:, None]  # (B, 2, n, 3)
     off_tool = torch.einsum("baji,banj->bani", tips[..., :3], off)
-    tip_m = tips[:, RIGHT_ARM, None, :, 3]
+    tip_m = per_tube(tips[:, RIGHT_ARM, None, :, 3])
     return [
         off / FAR_SCALE_M, off_tool / FAR_SCALE_M, torch.tanh(off_tool / NEAR_SCALE_M), of_clips,
-        *(
-            exist[:, k, None] * along_tube(*parts, tip_m)
-            for k, parts in enumerate(zip(tubes, lengths_m, sitting, strict=True))
-        ),
+        exist[..., None] * by_patient(along_tube(tubes_m, length_m, sitting, tip_m)),
         torch.tanh(now["std_m"][:, :N_SEEN] / UNSURE_M), now["hidden"][:, :N_SEEN],
         now["tube_radius_m"] / RADIUS_M, now["rest_length_m"] / LENGTH_M,
         torch.tanh(now["rest_length_std_m"] / UNSURE_M),
     ]  # fmt: skip
+
+
+def per_tube(part: Tensor) -> Tensor:
+    """Return a part (B, ...) once for each tube, (B * 3, ...): tubes are the finer of the two."""
+    return part[:, None].expand(-1, len(TUBES), *part.shape[1:]).flatten(0, 1)
+
+
+def by_patient(part: Tensor) -> Tensor:
+    """Return a part (B * 3, ...) of all tubes as (B, 3, ...)."""
+    return part.unflatten(0, (-1, len(TUBES)))
 
 
 def grasp_features(now: dict[str, Tensor]) -> list[Tensor]:

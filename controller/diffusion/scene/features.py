@@ -31,7 +31,7 @@ class Features(nn.Module):
         for old in past:
             parts += _motion(old, now)
         places = places_on(now)
-        parts += [*place_features(now, places), *side_features(now, places), *grasp_features(now)]
+        parts += [place_features(now, places), *side_features(now, places), *grasp_features(now)]
         parts += gallbladder_features(now, places)
         return torch.cat([part.flatten(1) for part in parts], dim=1)
 

@@ -11,21 +11,21 @@ from torch import Tensor
 
 from controller.diffusion.scene.places import UPPER, Places
 from tissue_sim.sensing.observation import SAC_POINTS
-from tissue_sim.sensing.tissue_features import foot, tubes_there
+from tissue_sim.sensing.tissue_features import by_patient, foot, tubes_there
 
 HIGH = tuple(UPPER.values())  # rows of `Places`
 THICK_M = 0.01
 ROOM_M = 0.004  # scale of the free room beside a place: about half a jaw's width
 
 
-def gallbladder_features(now: dict[str, Tensor], places: tuple[Places, ...]) -> list[Tensor]:
+def gallbladder_features(now: dict[str, Tensor], places: Places) -> list[Tensor]:
     """Return the radii of the infundibulum, and the room between its wall and each high place.
 
     Args:
         now: Parts of `Observation.vector()`, batched (B, ...).
         places: Places on each of `TUBES`.
     """
-    points_m = torch.cat([on_tube.points_m[:, HIGH] for on_tube in places], dim=1)
+    points_m = by_patient(places.points_m[:, HIGH]).flatten(1, 2)
     free_m = wall_distance_m(now["sac_m"], now["sac_radius_m"], points_m)
     there = tubes_there(now).repeat_interleave(len(HIGH), dim=1)
     return [now["sac_radius_m"] / THICK_M, there * torch.tanh(free_m / ROOM_M)]

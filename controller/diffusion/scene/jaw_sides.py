@@ -7,9 +7,6 @@ first clip's place until a person was called. The safety filter kept its fingers
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from functools import partial
-
 import torch
 from torch import Tensor
 
@@ -20,8 +17,10 @@ from tissue_sim.patient.at_risk import COMMON_DUCT, HEPATIC_ARTERY, RADIUS_M
 from tissue_sim.sensing.tissue_features import (
     FAR_SCALE_M,
     NEAR_SCALE_M,
+    by_patient,
     duct_is_left,
     foot,
+    per_tube,
     tubes_there,
 )
 from tissue_sim.sensing.tube_rule import by_tube
@@ -35,7 +34,7 @@ PARTS = 6  # samples between the points of a structure at risk
 BESIDE_M = 0.003  # of the point under the branch: the filter's
 
 
-def side_features(now: dict[str, Tensor], places: tuple[Places, ...]) -> list[Tensor]:
+def side_features(now: dict[str, Tensor], places: Places) -> list[Tensor]:
     """Return the places of the structures at risk from the right tool, and the free side.
 
     Args:
@@ -51,14 +50,11 @@ def side_features(now: dict[str, Tensor], places: tuple[Places, ...]) -> list[Te
     tip, lines_m = now["tips_endoscope"][:, RIGHT_ARM], lines_at_risk_m(now)
     off_tool = torch.einsum("bji,bnj->bni", tip[..., :3], lines_m - tip[:, None, :, 3])
     features = [off_tool / FAR_SCALE_M, torch.tanh(off_tool / NEAR_SCALE_M)]
-    there = tubes_there(now)[..., None, None]
-    for k, on_tube in enumerate(places):
-        spare_m = rooms_m(on_tube, tip[..., 2], now["tube_radius_m"][:, k], lines_m) - FIRM_ROOM_M
-        features += [
-            there[:, k] * torch.tanh(spare_m / ROOM_M),
-            there[:, k, 0] * free_side(spare_m),
-        ]
-    return features
+    radius_m, there = now["tube_radius_m"].flatten(), tubes_there(now).reshape(-1, 1)
+    rooms = rooms_m(places, per_tube(tip[..., 2]), radius_m, per_tube(lines_m))
+    spare_m = rooms - FIRM_ROOM_M
+    beside = torch.tanh(spare_m / ROOM_M).flatten(1), free_side(spare_m)
+    return [*features, by_patient(there * torch.cat(beside, dim=1))]
 
 
 def lines_at_risk_m(now: dict[str, Tensor]) -> Tensor:
@@ -128,31 +124,42 @@ def rooms_m(places: Places, forward: Tensor, tube_radius_m: Tensor, lines_m: Ten
     wide_m = [RADIUS_M[COMMON_DUCT]] * bile_duct_m.shape[1]
     wide_m += [RADIUS_M[HEPATIC_ARTERY]] * hepatic_m.shape[1]
     radii_m = torch.tensor(wide_m, dtype=lines_m.dtype, device=lines_m.device)
-    size = partial(_of_applier, tube_radius_m[:, None, None])
-    mouth_m = size(lambda tool: tool.mouth_m[0])
+    radius_m = tube_radius_m[:, None, None]
+    mouth_m, thick_m, to_tip_m, start_m, wide_m = _sizes_m(radius_m).split(1, dim=-1)
     x, y, z = _in_jaws(places, forward, lines_m, mouth_m)  # (B, 3, samples) each
-    thick_m, to_tip_m = (
-        size(lambda tool: tool.finger_half_thickness_m),
-        size(lambda tool: tool.yaw_to_tip_m),
-    )
-    finger_m = to_tip_m - size(lambda tool: tool.finger_start_m)
-    opening = (tube_radius_m[:, None, None] + CLEARANCE_M) / (to_tip_m - 0.5 * mouth_m)
+    finger_m = to_tip_m - start_m
+    opening = (radius_m + CLEARANCE_M) / (to_tip_m - 0.5 * mouth_m)
     half_rad = opening.clamp(0.0, 0.9).asin()  # the expert's opening, which barely clears a tube
-    beside = (x.abs() - size(lambda tool: tool.finger_half_width_m)).clamp(min=0.0)
+    beside = (x.abs() - wide_m).clamp(min=0.0)
     beyond = torch.maximum(z, (-finger_m - z).clamp(min=0.0))
     from_pivot_m = to_tip_m + torch.maximum(z, -finger_m).clamp(max=0.0)
     middle = from_pivot_m * half_rad.tan() + thick_m * (2.0 / half_rad.cos() - 1.0)
-    rooms = []
-    for off_m in OFFS_M:
-        across = (y - off_m).abs() - middle
-        away_m = (beside.square() + beyond.square() + across.square()).sqrt()
-        rooms.append((away_m - thick_m - radii_m).amin(dim=-1))
-    return torch.stack(rooms, dim=-1)
+    offs_m = torch.tensor(OFFS_M, device=y.device)[:, None]
+    across = (y[:, :, None] - offs_m).abs() - middle[:, :, None]
+    off_axis = (beside.square() + beyond.square())[:, :, None]
+    away_m = (off_axis + across.square()).sqrt()
+    return (away_m - thick_m[..., None] - radii_m).amin(dim=-1)
 
 
-def _of_applier(radius_m: Tensor, size: Callable[[Instrument], float]) -> Tensor:
-    """Return a size of the applier for tubes of these radii."""
-    return by_tube(torch.ones_like(radius_m, dtype=torch.bool), radius_m, lambda _, a: size(a))
+def _sizes_m(radius_m: Tensor) -> Tensor:
+    """Return sizes (B, 1, 5) of the appliers for tubes of these radii (B, 1, 1).
+
+    They are the mouth's length, a finger's half thickness, the distances of its tip and of its
+    begin from the yaw axis, and its half width.
+    """
+
+    def sizes(_: str, tool: Instrument) -> Tensor:
+        return torch.tensor(
+            [
+                tool.mouth_m[0],
+                tool.finger_half_thickness_m,
+                tool.yaw_to_tip_m,
+                tool.finger_start_m,
+                tool.finger_half_width_m,
+            ]
+        )
+
+    return by_tube(torch.ones_like(radius_m, dtype=torch.bool), radius_m, sizes)
 
 
 def _finer(points_m: Tensor) -> Tensor:

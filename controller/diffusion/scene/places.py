@@ -7,9 +7,8 @@ off even with the exact state as input.
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from functools import partial
-from itertools import starmap
 from typing import NamedTuple
 
 import torch
@@ -24,13 +23,16 @@ from tissue_sim.outcome.clip_rule import (
     needed_m,
     spacing_m,
 )
+from tissue_sim.patient.tube_names import TUBES
 from tissue_sim.sensing.observation import TUBE_POINTS
 from tissue_sim.sensing.tissue_features import (
     FAR_SCALE_M,
     NEAR_SCALE_M,
+    by_patient,
     clips_along,
     closed_clips,
     is_duct,
+    per_tube,
     tubes_there,
 )
 from tissue_sim.sensing.tube_rule import by_tube
@@ -51,7 +53,7 @@ class Places(NamedTuple):
     """Places of a tube's clips and of its cut: for three clips (4 places), and for two (3).
 
     The last two places are the lowest for the upper clip of three and of two that leave room for
-    the cut.
+    the cut. B counts tubes, those of a patient side by side.
 
     Attributes:
         points_m: (B, 9, 3) points on the centreline, endoscope frame.
@@ -62,6 +64,10 @@ class Places(NamedTuple):
     points_m: Tensor
     along: Tensor
     spare_m: Tensor
+
+    def on(self, k: int) -> Places:
+        """Return the places on tube k of each patient alone."""
+        return Places(*(part[k :: len(TUBES)] for part in self))
 
 
 class TubeKind(NamedTuple):
@@ -77,33 +83,28 @@ class TubeKind(NamedTuple):
     is_duct: Tensor
     radius_m: Tensor
 
-    def value(self, rule: Callable[[str, Instrument], Tensor | float]) -> Tensor:
-        """Return a value (B, 1) of the rule, by structure and applier."""
-        return by_tube(self.is_duct, self.radius_m, rule)
+    def values(self, rule: Callable[[str, Instrument], Tensor | Sequence[float]]) -> Tensor:
+        """Return m values (B, m) of the rule, by structure and applier."""
+        return by_tube(self.is_duct, self.radius_m, lambda *kind: torch.as_tensor(rule(*kind)))
 
 
-def places_on(now: dict[str, Tensor]) -> tuple[Places, ...]:
-    """Return the places on each of `TUBES`; without a third tube its places mean nothing.
+def places_on(now: dict[str, Tensor]) -> Places:
+    """Return the places on all of `TUBES`; without a third tube its places mean nothing.
 
     Args:
         now: Parts of `Observation.vector()`, batched (B, ...).
     """
-    closed = closed_clips(now)
+    tubes_m, closed = now["tubes_m"].flatten(0, 1), closed_clips(now)
     parts = now["rest_length_m"].clamp(min=1e-6), is_duct(now), now["tube_radius_m"]
-    kinds = starmap(TubeKind, zip(*(part.split(1, dim=1) for part in parts), strict=True))
-    tubes = zip(now["tubes_m"].unbind(dim=1), kinds, strict=True)
-    return tuple(_places(tube_m, kind, now["clips_m"], closed) for tube_m, kind in tubes)
-
-
-def _places(tube_m: Tensor, kind: TubeKind, clips_m: Tensor, closed: Tensor) -> Places:
-    seen = clips_along(tube_m, kind.length_m, clips_m, closed)
+    kind = TubeKind(*(part.reshape(-1, 1) for part in parts))
+    seen = clips_along(tubes_m, kind.length_m, per_tube(now["clips_m"]), per_tube(closed))
     stations = _stations(kind, seen.stations_m, seen.there)
-    points_m, along = _points(tube_m, stations / kind.length_m)
-    needed = [kind.value(partial(needed_m, n_clips=n)) for n in NUMBERS]
-    return Places(points_m, along, torch.cat([kind.length_m - m for m in needed], dim=1))
+    points_m, along = _points(tubes_m, stations / kind.length_m)
+    needs_m = kind.values(lambda tube, a: [needed_m(tube, a, n) for n in NUMBERS])
+    return Places(points_m, along, kind.length_m - needs_m)
 
 
-def place_features(now: dict[str, Tensor], places: tuple[Places, ...]) -> list[Tensor]:
+def place_features(now: dict[str, Tensor], places: Places) -> Tensor:
     """Return the places of clips and cut, from the right tip, coarse and fine, and spare lengths.
 
     Args:
@@ -111,18 +112,16 @@ def place_features(now: dict[str, Tensor], places: tuple[Places, ...]) -> list[T
         places: Places on each of `TUBES`.
 
     Returns:
-        Features (B, ...) of all tubes; zeros without a third tube.
+        Features (B, 3, 83) of each tube; zeros without a third tube.
     """
-    tip = now["tips_endoscope"][:, RIGHT_ARM]
-    features = []
-    for on_tube, there in zip(places, tubes_there(now).split(1, dim=1), strict=True):
-        off = there[..., None] * (on_tube.points_m - tip[:, None, :, 3])
-        off_tool = torch.einsum("bji,bnj->bni", tip[..., :3], off)
-        features += [
-            off_tool / FAR_SCALE_M, torch.tanh(off_tool / NEAR_SCALE_M),
-            torch.tanh(off_tool / FINE_M), there * torch.tanh(on_tube.spare_m / SPARE_M),
-        ]  # fmt: skip
-    return features
+    tip, there = per_tube(now["tips_endoscope"][:, RIGHT_ARM]), tubes_there(now).reshape(-1, 1)
+    off = there[..., None] * (places.points_m - tip[:, None, :, 3])
+    off_tool = torch.einsum("bji,bnj->bni", tip[..., :3], off).flatten(1)
+    features = [
+        off_tool / FAR_SCALE_M, torch.tanh(off_tool / NEAR_SCALE_M),
+        torch.tanh(off_tool / FINE_M), there * torch.tanh(places.spare_m / SPARE_M),
+    ]  # fmt: skip
+    return by_patient(torch.cat(features, dim=1))
 
 
 def _stations(kind: TubeKind, clips_m: Tensor, there: Tensor) -> Tensor:
@@ -135,8 +134,9 @@ def _stations(kind: TubeKind, clips_m: Tensor, there: Tensor) -> Tensor:
         clips_m: (B, m) stations of the clips on the tubes, in their order.
         there: (B, m) 1 where there is a clip.
     """
-    highest_m = kind.length_m - kind.value(high_margin_m)
-    cut_m, apart_m = (kind.value(lambda _, a, f=f: f(a)) for f in (cut_room_m, spacing_m))
+    margins_m = kind.values(lambda t, a: [high_margin_m(t, a), cut_room_m(a), spacing_m(a)])
+    highest_m, cut_m, apart_m = margins_m.split(1, dim=1)
+    highest_m = kind.length_m - highest_m
     found, lowest = list[Tensor](), list[Tensor]()
     for n in NUMBERS:
         planned = _planned(kind, n)
@@ -153,10 +153,8 @@ def _stations(kind: TubeKind, clips_m: Tensor, there: Tensor) -> Tensor:
 
 def _planned(kind: TubeKind, n: int) -> tuple[Tensor, ...]:
     """Return the stations (B, 1) of n clips by the rule."""
-    return tuple(
-        kind.value(lambda tube, a, k=k: clip_stations_m(tube, kind.length_m, a, n)[k])
-        for k in range(n)
-    )
+    rule = partial(clip_stations_m, length_m=kind.length_m, n_clips=n)
+    return kind.values(lambda t, a: torch.cat(rule(t, applier=a), dim=1)).split(1, dim=1)
 
 
 def _low(n: int, planned: tuple[Tensor, ...], clips_m: Tensor, there: Tensor) -> Tensor:

@@ -16,6 +16,7 @@ from planner.scene.predicates import is_grasped
 from tissue_sim.frames import Array
 from tissue_sim.patient.tube_names import TUBES, Tube
 from tissue_sim.sensing.observation import Observation, fields, observation_of
+from tissue_sim.sensing.tissue_features import per_tube
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -68,12 +69,12 @@ class Scene:
 
     @cached_property
     def _places(self) -> tuple[TubePlaces, ...]:
-        sac_m, radius_m = self.fields["sac_m"], self.fields["sac_radius_m"]
+        places = places_on(self.fields)
+        axis_m, radius_m = (per_tube(self.fields[name]) for name in ("sac_m", "sac_radius_m"))
+        wall_m = wall_distance_m(axis_m, radius_m, places.points_m)
+        parts = (part.numpy().astype(float) for part in (places.points_m, places.along, wall_m))
+        each = zip(*parts, strict=True)
         return tuple(
-            TubePlaces(
-                points_m=on_tube.points_m[0].numpy().astype(float),
-                along=on_tube.along[0].numpy().astype(float),
-                wall_m=wall_distance_m(sac_m, radius_m, on_tube.points_m)[0].numpy().astype(float),
-            )
-            for on_tube in places_on(self.fields)
+            TubePlaces(points_m=points_m, along=along, wall_m=far_m)
+            for points_m, along, far_m in each
         )

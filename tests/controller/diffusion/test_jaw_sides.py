@@ -45,7 +45,7 @@ def test_the_room_is_the_experts(world: World, k: int) -> None:
     applier = applier_on(world, tube).name
     world.equip(applier)
     forward = now["tips_endoscope"][:, RIGHT_ARM, :, 2]
-    rooms = rooms_m(places_on(now)[k], forward, now["tube_radius_m"][:, k], lines_at_risk_m(now))
+    rooms = rooms_m(places_on(now).on(k), forward, now["tube_radius_m"][:, k], lines_at_risk_m(now))
     first = 0 if len(clip_stations_m(world, tube)) == 3 else 2
     for off_m, room_m in zip(OFFS_M, rooms[0, first].tolist(), strict=True):
         T = clip_pose(world, tube, 1, Approach(off_centre_m=off_m))
@@ -64,7 +64,7 @@ def test_lines_at_risk_follow_the_structures(world: World) -> None:
 def beside_the_left_tube(across_m: float) -> tuple[Places, Tensor]:
     """Return the places on a straight tube, and a structure along it, this far across the jaws."""
     now = fields(torch.from_numpy(clipped().vector())[None])
-    on_tube = places_on(now)[0]
+    on_tube = places_on(now).on(0)
     across = torch.linalg.cross(FORWARD[0], on_tube.along[0, 0])
     line_m = on_tube.points_m[0, 0] + torch.linspace(-0.03, 0.03, 5)[:, None] * on_tube.along[0, 0]
     far_m = line_m + 1.0

@@ -34,13 +34,15 @@ def seen(*clips_m: float, length_m: float = LENGTH_M) -> dict[str, Tensor]:
     return now
 
 
-def features(now: dict[str, Tensor]) -> list[Tensor]:
-    return place_features(now, places_on(now))
+def features(now: dict[str, Tensor], side: int = 0) -> list[Tensor]:
+    """Return the places on a tube, coarse, near and fine, and the spare lengths."""
+    *places, spare = place_features(now, places_on(now))[:, side].split([27, 27, 27, 2], dim=1)
+    return [*(part.unflatten(1, (9, 3)) for part in places), spare]
 
 
 def places_m(now: dict[str, Tensor], side: int = 0) -> Tensor:
     """Return the places (n, 3) on a tube relative to the right tip, in the tool's frame."""
-    coarse, *_ = features(now)[4 * side : 4 * side + 4]
+    coarse, *_ = features(now, side)
     return 0.03 * coarse[0]
 
 
