@@ -21,6 +21,7 @@ def short(tmp_path_factory: pytest.TempPathFactory) -> Procedure:
     return run(SHORT, tmp_path_factory.mktemp("fewer"))
 
 
+@pytest.mark.slow
 def test_it_passes_with_two_clips_on_each_tube(short: Procedure) -> None:
     tubes, record = short.world.tubes, short.world.record
     for tube in TUBES:

@@ -69,6 +69,7 @@ def test_a_kind_a_tool_and_a_procedure_from_outside_run(touched: Path) -> None:
     assert result["injuries"] == []
 
 
+@pytest.mark.slow
 def test_its_recording_replays_only_where_its_code_is_named(touched: Path) -> None:
     recording = str(touched / "episodes" / "10004.npz")
     for ways in ((), ("--verify",)):

@@ -37,6 +37,7 @@ def test_the_frozen_set_is_the_one_that_was_frozen():
     assert sha256(FROZEN.read_bytes()).hexdigest() == FROZEN_SHA256
 
 
+@pytest.mark.slow
 def test_the_docs_tell_how_the_sets_are_read_today():
     """Compare counts only, as nobody reads the sentences of the frozen set."""
     frozen, development = read_as(FROZEN), read_as(*DEVELOPMENT)
@@ -74,6 +75,7 @@ def test_the_docs_tell_how_calm_remarks_are_heard_which_nobody_trained_on():
     assert f"{len(held)} of {len(talk)} calm remarks on the operation hold" in DOCS
 
 
+@pytest.mark.slow
 def test_no_warning_that_is_missed_moves_an_arm():
     _, missed = warnings_of(read_as(*sorted(SETS.glob("*.tsv"))))
     assert not [r for r in missed if r[1] in COMMANDS and COMMANDS[r[1]].moves]

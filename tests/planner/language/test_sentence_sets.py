@@ -27,6 +27,7 @@ MAX_BYTES = 200_000
 ROOT = Path(__file__).parents[3]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("path", SETS, ids=lambda path: path.stem)
 def test_most_sentences_are_understood_and_few_are_misread(path: Path):
     interpreter = Interpreter()

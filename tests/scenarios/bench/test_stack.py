@@ -29,6 +29,7 @@ def test_timing_the_stack_changes_nothing_and_its_stages_add_up():
         assert sum(stages[name] for stages in stopwatch.stages_s) > 0.0, name
 
 
+@pytest.mark.slow
 def test_the_bench_tells_stages_speed_and_start(capfd):
     table, speed, start = bench_stack(seed=SEED, steps=2)
     assert table.row_count == 10  # eight stages, the rest and the whole

@@ -76,6 +76,7 @@ def test_the_report_tells_what_was_recorded(whole):
     assert "<section>" in (whole / "report.html").read_text()
 
 
+@pytest.mark.slow
 def test_resumed_it_runs_only_the_lost_episode_and_ends_the_same(whole, half):
     (kept,), lost = recordings(half), recordings(whole)[0]
     before = kept.stat().st_mtime_ns

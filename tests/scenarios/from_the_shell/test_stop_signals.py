@@ -74,6 +74,7 @@ def test_further_signals_wait_for_what_is_being_saved(tmp_path):
     assert [load(file).error for file in recorded(process)] == 2 * ["KeyboardInterrupt"]
 
 
+@pytest.mark.slow
 def test_nobody_outlives_a_killed_parent_and_what_broke_off_is_kept(tmp_path):
     with CalotProcess(words=[*RUN, "--workers", "2"], folder=tmp_path) as process:
         wait_until_episodes_run(process, 2)

@@ -87,6 +87,7 @@ def test_a_view_that_is_left_after_a_difference_is_different(
     assert "different from 1.0 s on" in capfd.readouterr().out
 
 
+@pytest.mark.slow
 def test_verifying_several_tells_which_differs_where_and_which_cannot_be_run(
     recording, tmp_path, capfd
 ):

@@ -154,6 +154,7 @@ def test_tabs_that_close_do_not_disturb_the_episode(served):
     run_for(session, 0.5)
 
 
+@pytest.mark.slow
 def test_geometry_is_sent_10_to_20_times_a_second_and_only_while_it_moves(tmp_path):
     with serving(tmp_path) as (session, port), tab(port) as socket:
         whole_scene(socket)
