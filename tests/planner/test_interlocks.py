@@ -11,9 +11,8 @@ from planner.rules.interlocks import is_forbidden
 from tests.planner.observations import at_work
 from tissue_sim.sensing.observation import Observation
 
-NAMED = {task.text: task for task in TASKS}
 CLIPS = [task for task in TASKS if task.places_clip and task.tube == "left"]
-CUT, BACK_FROM_CUT = TASKS[7], TASKS[8]
+CUT = TASKS[7]
 CUT_LEFT = replace(at_work(3, back=True), severed=np.array([True, False, False]))
 
 

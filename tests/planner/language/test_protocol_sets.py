@@ -11,6 +11,7 @@ from planner.language.interpreter import Interpreter
 from planner.language.sentence_sets import holds, keeps_the_protocol, read_rows
 from tests.planner.language.scoring import is_right
 from tests.planner.language.scoring import read_as as row_read_as
+from tests.slow import slow
 
 SETS = Path(__file__).with_name("sets")
 FROZEN = SETS / "outsiders.tsv"
@@ -75,9 +76,13 @@ def test_the_docs_tell_how_calm_remarks_are_heard_which_nobody_trained_on():
     assert f"{len(held)} of {len(talk)} calm remarks on the operation hold" in DOCS
 
 
-@pytest.mark.slow
-def test_no_warning_that_is_missed_moves_an_arm():
-    _, missed = warnings_of(read_as(*sorted(SETS.glob("*.tsv"))))
+@pytest.mark.parametrize(
+    "path",
+    [slow(path) if path in DEVELOPMENT else path for path in sorted(SETS.glob("*.tsv"))],
+    ids=lambda path: path.stem,
+)
+def test_no_warning_that_is_missed_moves_an_arm(path):
+    _, missed = warnings_of(read_as(path))
     assert not [r for r in missed if r[1] in COMMANDS and COMMANDS[r[1]].moves]
 
 
