@@ -11,8 +11,6 @@ from dataclasses import replace
 
 import numpy as np
 
-from controller.diffusion.scene.scene import Scene
-from controller.diffusion.scene.task_place import task_place
 from planner.correction import DIRECTION_ENDOSCOPE
 from planner.instruction import Instruction
 from planner.procedure.task import Task
@@ -79,6 +77,9 @@ class ToolPlace:
         return self._learn(observation, task)
 
     def _learn(self, observation: Observation, task: Task) -> bool:
+        from controller.diffusion.scene.scene import Scene  # heavy to import, and seldom needed
+        from controller.diffusion.scene.task_place import task_place
+
         place = task_place(Scene(observation.vector()), task)
         if place is None or np.linalg.norm(self.offset_m + place.off_m) > MOST_M:
             return False

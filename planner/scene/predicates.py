@@ -3,12 +3,10 @@
 from __future__ import annotations
 
 import numpy as np
-import torch
 
 from tissue_sim.frames import Array, unit
 from tissue_sim.patient.tube_names import USUAL_TUBES
-from tissue_sim.sensing.observation import Observation, fields, tip_to_tubes_m
-from tissue_sim.sensing.tissue_features import gap_m
+from tissue_sim.sensing.observation import TUBE_POINTS, Observation, tip_to_tubes_m
 from tissue_sim.thresholds import (
     GRASP_MAX_JAW_RAD,
     GRASP_MIN_TRACTION_N,
@@ -82,11 +80,17 @@ def holds_badly(observation: Observation) -> bool:
 
 def is_grasped(observation: Observation) -> bool:
     """Return whether the grasp surely serves its purpose: both tubes are straight, and apart."""
-    now = {
-        name: torch.from_numpy(part[None]) for name, part in fields(observation.vector()).items()
-    }
-    straight = bool((lacking_m(observation) <= 0.0).all()) and gap_m(now).item() >= SPREAD_MIN_M
-    return pulls(observation) and not holds_badly(observation) and straight
+    straight = bool((lacking_m(observation) <= 0.0).all())
+    apart = straight and gap_m(observation) >= SPREAD_MIN_M
+    return pulls(observation) and not holds_badly(observation) and apart
+
+
+def gap_m(observation: Observation) -> float:
+    """Return the smallest distance between the usual tubes' walls, over their middle halves."""
+    quarter = TUBE_POINTS // 4
+    left, right = observation.tubes_m[: len(USUAL_TUBES), quarter : TUBE_POINTS - quarter]
+    apart_m = np.linalg.norm(left[:, None] - right, axis=-1).min()
+    return float(apart_m - observation.tube_radius_m[: len(USUAL_TUBES)].sum())
 
 
 def lacking_m(observation: Observation) -> Array:

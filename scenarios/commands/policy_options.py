@@ -125,14 +125,14 @@ def require_checkpoint(
         BadInputError: the checkpoint is missing, does not fit, or is not wanted; or a controller
             needs pictures of cameras that are not among those named.
     """
-    from planner.learning.checkpoint import CheckpointError
-
     option, known = _CHECKPOINTS[role]
     able = learned(known)
     if name not in able and checkpoint is not None and ":" not in name:
         raise BadInputError(f"{option}: {role} {name!r} takes none; these do: {', '.join(able)}")
     if name not in able or (module := known[name].checkpoint) is None:
         return
+    from planner.learning.checkpoint import CheckpointError  # heavy to import
+
     with refusing(CheckpointError, before=f"{option}: "):
         config = import_module(module).CHECKPOINTS.config(checkpoint)  # heavy to import
     with refusing(ValueError):

@@ -275,3 +275,11 @@ def test_nothing_heavy_is_imported_before_help_is_given():
     program = f"import sys, scenarios.cli; print([m for m in {HEAVY} if m in sys.modules])"
     found = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True)
     assert found.stdout.strip() == "[]", found.stderr
+
+
+def test_an_episode_without_a_learned_policy_needs_no_torch():
+    """Importing torch takes longer than all the rest of Calot."""
+    program = "import sys, scenarios.run_episode, controller.expert.controller, planner.scripted;"
+    program += " print('torch' in sys.modules)"
+    found = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True)
+    assert found.stdout.strip() == "False", found.stderr
