@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from controller.action import ToolAction
-from controller.kinematics import Unreachable, inverse_kinematics
+from controller.kinematics import Unreachable, inverse_kinematics, joints_within
 from tissue_sim.frames import Array, inverse_pose, rotation_from_6d, rotation_to_6d
 from tissue_sim.tools.arms import JointCommand
 from tissue_sim.tools.instruments import Instrument
@@ -46,11 +46,14 @@ def rig_in(world: World) -> Rig:
 class Driver:
     """Keeps the commanded tool poses, so that small motions add up exactly.
 
-    An arm refuses a motion out of its reach: the arm holds, and `refused` counts the motion.
+    A joint that would leave its limits stays at the limit, and the arm goes as far as the other
+    joints carry it: `limited` counts the motion. Otherwise an arm with a joint at its limit would
+    hold against all motions that turn this joint further by the least amount. An arm refuses a
+    motion that is far out of its reach: the arm holds, and `refused` counts the motion.
     """
 
     def __init__(self, rig: Rig, joints: Array) -> None:
-        self.refused = 0
+        self.refused = self.limited = 0
         self.attach(rig, joints)
 
     def attach(self, rig: Rig, joints: Array) -> None:
@@ -87,12 +90,19 @@ class Driver:
         target[:3, 3] += R_rcm_endoscope @ action.move_endoscope_m[arm]
         target[:3, :3] = target[:3, :3] @ rotation_from_6d(action.turn_tool[arm])
         try:
-            near = self._joints[arm, :6]
-            self._joints[arm, :6] = inverse_kinematics(target, self._rig.instruments[arm], near)
+            self._reach(arm, target)
         except Unreachable:
             self.refused += 1
-            return
-        self._T_rcm_tool[arm] = target
+
+    def _reach(self, arm: int, T_rcm_tool: Array) -> None:
+        instrument, near = self._rig.instruments[arm], self._joints[arm, :6]
+        try:
+            joints = inverse_kinematics(T_rcm_tool, instrument, near)
+        except Unreachable:
+            joints = joints_within(T_rcm_tool, instrument, near)
+            T_rcm_tool = forward_kinematics(joints, instrument)
+            self.limited += 1
+        self._joints[arm, :6], self._T_rcm_tool[arm] = joints, T_rcm_tool
 
 
 def motion_between(rig: Rig, start: Array, end: Array) -> ToolAction:

@@ -24,6 +24,7 @@ from tissue_sim.tools.psm import (
 )
 
 _ROLL_LIMIT_RAD = next(row.upper for row in DH_TABLE if row.name == "roll")
+BEYOND = 0.05  # rad or m: more than a joint moves in a control step; assumed
 _SINGULAR_M = 1e-6
 _FAR_M = 10.0
 _LIMIT_TOLERANCE = 1e-9
@@ -56,6 +57,25 @@ def inverse_kinematics(
         if violation is None:
             return np.array(joints)
     raise Unreachable(violations[0])
+
+
+def joints_within(
+    T_rcm_tool: Array, instrument: Instrument, near: Sequence[float] | Array
+) -> Array:
+    """Return joints (6,) near a pose that is a little out of reach: joints stay at their limits.
+
+    Raises:
+        Unreachable: A joint would go beyond its limit by more than `BEYOND`, or as in
+            `inverse_kinematics`.
+    """
+    _require_pose(T_rcm_tool)
+    near = [float(value) for value in near]
+    branches, limits = _branches(T_rcm_tool, instrument, near), _limits(instrument)
+    joints = min(branches, key=lambda q: _distance(q, near))
+    within = np.clip(joints, *np.transpose(limits))
+    if (np.abs(within - joints) > BEYOND).any():
+        raise Unreachable(_violation(joints, limits))
+    return within
 
 
 def _require_pose(T_rcm_tool: Array) -> None:

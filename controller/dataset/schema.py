@@ -91,8 +91,8 @@ kind: Kind of the episode: "nominal", "recovery:" and the perturbation's name, "
     "order", "turns", "rollout", "fork", "forked-turns" or "intervention". All after "order" may
     also carry a perturbation's name. In a rollout of a learned controller, `task`, `flag` and
     `correction` are the labels that should have been given.
-left: What is left of the correction in force: the arm's distance, m, and the opening of the jaws,
-    rad. -1 where none was named.
+left: What is left of the correction in `correction`: the arm's distance, m, and the opening of the
+    jaws, rad. -1 where none was named.
 expert: False if a perturbation, noise or a learned controller led the arms. Such frames are not to
     be imitated.
 forked_from: -1, but in forks the `frame_index` of the frame that the fork begins at: from this

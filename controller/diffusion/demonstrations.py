@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from controller.dataset.choice import ALL, Choice
 from controller.dataset.dataset_episode import DatasetEpisode
 from controller.dataset.reader import COPIES, forks_in, read_episodes, sensed_copy
-from controller.dataset.schema import NOT_FORKED
+from controller.dataset.schema import NOT_FORKED, UNNAMED
 from controller.diffusion.command import NONE
 from controller.diffusion.displacement import free_and_near
 from controller.diffusion.windows import DemonstrationArrays
@@ -53,7 +53,9 @@ def sensed(episode: DatasetEpisode, copy: int) -> Iterator[DemonstrationArrays]:
     tracked = exact[own] if copy else exact
     states = sensed_copy(tracked, int(seed[0]), copy, forks)
     free, near = free_and_near(exact)
-    correction = np.where(heard >= len(TASKS), heard - len(TASKS), NONE)
+    corrected = heard >= len(TASKS)
+    correction = np.where(corrected, heard - len(TASKS), NONE)
+    left = np.where(corrected[:, None], left, np.float32(UNNAMED))  # not that of a label
     stretches = (np.flatnonzero(own & (segment == k)) for k in np.unique(segment[own]))
     runs = [(rows[:0], rows) for rows in stretches]
     runs += [(_before(fork.begins, segment), np.array(fork.rows)) for fork in forks]

@@ -20,7 +20,9 @@ from controller.expert.jaw_room import (
     sac_way_room_m,
     tube_room_m,
 )
+from controller.expert.line_errors import LineErrors
 from controller.expert.motion import FIRM_ROOM_M, before
+from controller.expert.phase import FIRST, Attempt
 from controller.kinematics import Unreachable, inverse_kinematics
 from tissue_sim.frames import Array, inverse_pose
 from tissue_sim.tools.arms import RIGHT_ARM
@@ -51,34 +53,34 @@ def clear_approach(
     pose: Callable[[World, Approach], Array],
     tool: str,
     opening_rad: float,
-    attempt: int = 0,
+    attempt: Attempt = FIRST,
     *,
     on_wall: bool = False,
 ) -> Approach:
     """Return the first approach by which the open tool catches this tube alone, with enough room.
 
-    Only approaches within reach count, if there is one. Further attempts (1, 2, ...) alternate
-    with the list's end, where approaches differ most: the tool itself may have pushed tissue
-    between the jaws. The list is longer where too few of its approaches have room. Only a
-    clip that may hold the gallbladder's wall (`on_wall`) closes where the wall is between the jaws,
-    unless it is so in all approaches.
+    Room counts to the obstacles as the filter observes them (`attempt.errors`). Only approaches
+    within reach count, if there is one. Further attempts alternate with the list's end, where
+    approaches differ most: the tool itself may have pushed tissue between the jaws. The list is
+    longer where too few of its approaches have room. Only a clip that may hold the gallbladder's
+    wall (`on_wall`) closes where the wall is between the jaws, unless it is so in all approaches.
 
     No approach may have enough room on all sides. Then the first choice leaves the gallbladder
     enough room, and lacks the least room to structures at risk, the other arm and other tubes. The
     next choice comes from another side. Last come approaches that leave the gallbladder the most
     room, among those with the most room to structures at risk; again one from each side.
     """
-    seek = partial(_lacking_m, world, tube, pose, tool, opening_rad, on_wall)
+    seek = partial(_lacking_m, world, tube, pose, tool, opening_rad, on_wall, attempt.errors)
     lacking_m = seek(APPROACHES)
     free = [a for a, lack_m in lacking_m.items() if not lack_m.any()]
-    if len(free) <= attempt:
+    if len(free) <= attempt.number:
         lacking_m |= {a: lack_m for a, lack_m in seek(FURTHER).items() if not lack_m[SAC]}
         free = [a for a, lack_m in lacking_m.items() if not lack_m.any()]
     if free:
-        turn = attempt // 2 % len(free)
-        return free[-1 - turn] if attempt % 2 else free[turn]
+        turn = attempt.number // 2 % len(free)
+        return free[-1 - turn] if attempt.number % 2 else free[turn]
     best = _least_lacking(lacking_m) or [USUAL]
-    return best[attempt % len(best)]
+    return best[attempt.number % len(best)]
 
 
 def _lacking_m(
@@ -88,6 +90,7 @@ def _lacking_m(
     tool: str,
     opening_rad: float,
     on_wall: bool,
+    errors: LineErrors,
     approaches: Sequence[Approach],
 ) -> dict[Approach, Array]:
     """Return how much room (7,) each approach lacks that catches this tube alone, m.
@@ -102,8 +105,10 @@ def _lacking_m(
     shut = {a: pose(world, replace(a, off_centre_m=0.0)) for a in single}
     if not on_wall:
         single = [a for a in single if not holds_wall(world, shut[a], tool)] or single
-    near = around(world, tube)
-    rooms_m = {a: _rooms_m(world, tube, near, poses[a], shut[a], tool, rad[a]) for a in single}
+    near = around(world, tube, errors)
+    rooms_m = {
+        a: _rooms_m(world, tube, near, errors, poses[a], shut[a], tool, rad[a]) for a in single
+    }
     return {a: np.maximum(ROOM_M - room_m, 0.0) for a, room_m in rooms_m.items()}
 
 
@@ -111,6 +116,7 @@ def _rooms_m(
     world: World,
     tube: str,
     near: Around,
+    errors: LineErrors,
     T_world_tool: Array,
     T_shut: Array,
     tool: str,
@@ -121,11 +127,11 @@ def _rooms_m(
         [
             sac_room_m(world, T_world_tool, tool, opening_rad),
             min(
-                firm_room_m(world, before(T_world_tool, STANDOFF_M), tool, opening_rad),
-                firm_room_m(world, T_world_tool, tool, opening_rad),
-                firm_room_m(world, T_shut, tool, 0.0),
+                firm_room_m(world, before(T_world_tool, STANDOFF_M), tool, opening_rad, errors),
+                firm_room_m(world, T_world_tool, tool, opening_rad, errors),
+                firm_room_m(world, T_shut, tool, 0.0, errors),
             ),
-            tube_room_m(world, tube, T_world_tool, tool, opening_rad),
+            tube_room_m(world, tube, T_world_tool, tool, opening_rad, errors),
             hanging_room_m(world, tube, T_world_tool, tool, opening_rad),
             sac_way_room_m(world, T_world_tool, tool, opening_rad),
             liver_room_m(near.liver, T_world_tool, tool, opening_rad),

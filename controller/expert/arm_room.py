@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from controller.expert.jaw_room import firm_lines, in_body, outer_face_m
+from controller.expert.line_errors import NO_ERRORS, LineErrors
 from controller.safety.geometry.gap import MM, Core
 from controller.safety.geometry.rigid_surface import SurfaceModel
 from controller.safety.obstacles import MARGIN_M, TUBE_MARGIN_M, registered
@@ -39,15 +40,17 @@ class Around:
     port_m: Array
 
 
-def around(world: World, tube: str) -> Around:
+def around(world: World, tube: str, errors: LineErrors = NO_ERRORS) -> Around:
     """Return what stands around a tool that works on this tube."""
     more_m = TUBE_MARGIN_M - MARGIN_M
-    tubes = [(p, world.tubes.radius_m(t) + more_m) for t, p in in_body(world, tube).items()]
-    lines = [*firm_lines(world), *tubes]
+    tubes = [
+        (line_m, radius_m + more_m) for line_m, radius_m in in_body(world, tube, errors).values()
+    ]
+    lines = [*firm_lines(world, errors), *tubes]
     return Around(
         liver=liver_of(world),
         points_m=np.concatenate([points_m for points_m, _ in lines]),
-        radius_m=np.concatenate([np.full(len(points_m), r) for points_m, r in lines]),
+        radius_m=np.concatenate([radius_m for _, radius_m in lines]),
         port_m=world.arms.T_world_rcm[RIGHT_ARM, :3, 3],
     )
 

@@ -11,6 +11,7 @@ from controller.expert import traction
 from controller.expert.approach import SAC_ROOM_M, TUBE_ROOM_M
 from controller.expert.arm_room import liver_of, liver_room_m
 from controller.expert.jaw_room import firm_room_m, holds_wall, sac_room_m, tube_room_m
+from controller.expert.line_errors import NO_ERRORS, LineErrors
 from controller.expert.motion import FIRM_ROOM_M, Goal
 from controller.expert.phase import Phase
 from tissue_sim.frames import Array
@@ -33,6 +34,7 @@ class JawPlace:
         opening_rad: Opening of the jaws on their way.
         on_wall: Whether the jaws may close on the gallbladder's wall, too.
         target: Function from the world, and the jaws' opening over that on their way, to the goal.
+        errors: What the observation is off.
     """
 
     tube: str
@@ -40,6 +42,7 @@ class JawPlace:
     opening_rad: float
     on_wall: bool
     target: Callable[..., Array]
+    errors: LineErrors = NO_ERRORS
 
     def is_free(self, world: World, spare_m: float = 0.0) -> bool:
         """Return whether the gallbladder leaves the open jaws room, and the closed ones this."""
@@ -49,13 +52,14 @@ class JawPlace:
 
     def is_parted(self, world: World) -> bool:
         """Return whether other tubes leave the open jaws enough room."""
-        T = self.target(world)
-        return tube_room_m(world, self.tube, T, self.tool, self.opening_rad) > TUBE_ROOM_M
+        T, rad = self.target(world), self.opening_rad
+        return tube_room_m(world, self.tube, T, self.tool, rad, self.errors) > TUBE_ROOM_M
 
     def room_behind_m(self, world: World) -> float:
         """Return the gap from the open jaws to the liver and to firm obstacles, m."""
         T, tool, rad = self.target(world), self.tool, self.opening_rad
-        return min(liver_room_m(liver_of(world), T, tool, rad), firm_room_m(world, T, tool, rad))
+        firm_m = firm_room_m(world, T, tool, rad, self.errors)
+        return min(liver_room_m(liver_of(world), T, tool, rad), firm_m)
 
 
 def exposing(world: World, place: JawPlace) -> Iterator[Phase]:

@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from typing import TYPE_CHECKING
 
 import numpy as np
 
+from controller.expert.line_errors import LINE_PARTS, NO_ERRORS, LineErrors
 from controller.expert.motion import before
 from controller.safety.jaws_seen import sac_within
 from tissue_sim.frames import Array, inverse_pose, transform
@@ -18,7 +19,6 @@ from tissue_sim.tools.instruments import INSTRUMENTS, PATCH_LINKS
 if TYPE_CHECKING:
     from tissue_sim.world import World
 
-LINE_PARTS = 5  # between rings of a structure at risk
 SAC_MARGIN_M = 0.002  # to either side of the jaws: the gallbladder's vertices lie this far apart
 ARM_PARTS = 40  # sample points along each link of the left instrument
 WAY_M = (0.0, 0.005, 0.010, 0.015, 0.020)  # back from a pose, where room for the jaws is checked
@@ -83,34 +83,45 @@ def holds_wall(world: World, T_world_tool: Array, tool: str, spare_m: float = 0.
     return sac_within(axis, ring_radii_m(x, rings) + spare_m, *INSTRUMENTS[tool].mouth_m)
 
 
-def firm_room_m(world: World, T_world_tool: Array, tool: str, opening_rad: float) -> float:
+def firm_room_m(
+    world: World,
+    T_world_tool: Array,
+    tool: str,
+    opening_rad: float,
+    errors: LineErrors = NO_ERRORS,
+) -> float:
     """Return the gap from the open jaws' fingers to firm obstacles; negative if inside."""
-    gaps = [
-        _gap_m(transform(inverse_pose(T_world_tool), line), tool, opening_rad) - radius_m
-        for line, radius_m in firm_lines(world)
-    ]
-    return min(gaps)
+    to_tool = inverse_pose(T_world_tool)
+    return min(
+        _gap_m(transform(to_tool, line_m), tool, opening_rad, radius_m)
+        for line_m, radius_m in firm_lines(world, errors)
+    )
 
 
-def firm_lines(world: World) -> Iterator[tuple[Array, float]]:
-    """Yield finely spaced points (n, 3), world frame, and radii of firm obstacles.
+def firm_lines(world: World, errors: LineErrors = NO_ERRORS) -> Iterator[tuple[Array, Array]]:
+    """Yield finely spaced points (n, 3), world frame, and radii (n,) of firm obstacles.
 
     Firm obstacles are the structures at risk and the left instrument.
     """
     for name in AT_RISK:
-        yield subdivide(world.tubes.centres(name), LINE_PARTS), world.tubes.radius_m(name)
+        yield errors.line(world, name)
     yield from _left_instrument(world)
 
 
 def tube_room_m(
-    world: World, tube: str, T_world_tool: Array, tool: str, opening_rad: float
+    world: World,
+    tube: str,
+    T_world_tool: Array,
+    tool: str,
+    opening_rad: float,
+    errors: LineErrors = NO_ERRORS,
 ) -> float:
     """Return the least gap from the open jaws to other tubes in the body, on the way to a pose, m.
 
     The way is straight along the tool. Of a cut tube only the stump counts: the filter lets tools
     touch what hangs on the gallbladder.
     """
-    return _room_on_way_m(world, in_body(world, tube), T_world_tool, tool, opening_rad)
+    return _room_on_way_m(in_body(world, tube, errors), T_world_tool, tool, opening_rad)
 
 
 def side_of_tubes(world: World, tube: str, T_world_tool: Array, tool: str) -> float:
@@ -119,21 +130,27 @@ def side_of_tubes(world: World, tube: str, T_world_tool: Array, tool: str) -> fl
     Returns:
         +1 towards the tool's y, -1 away from it.
     """
-    points = np.concatenate(list(in_body(world, tube).values()))
+    points = np.concatenate([line_m for line_m, _ in in_body(world, tube).values()])
     x, y, z = transform(inverse_pose(T_world_tool), points).T
     beyond = np.maximum(z, np.maximum(-INSTRUMENTS[tool].mouth_m[0] - z, 0.0))
     return float(np.sign(y[np.argmin(x**2 + y**2 + beyond**2)]))
 
 
-def in_body(world: World, tube: str) -> dict[str, Array]:
-    """Return finely spaced points (n, 3), world frame, of the other tubes or their stumps."""
+def in_body(
+    world: World, tube: str, errors: LineErrors = NO_ERRORS
+) -> dict[str, tuple[Array, Array]]:
+    """Return points (n, 3), world frame, and radii (n,) of the other tubes or their stumps."""
     return {
-        other: _stump_m(world, other)
+        other: _with_radius(world, other, _stump_m(world, other))
         if len(world.tubes.severed_rings(other))
-        else subdivide(world.tubes.centres(other), LINE_PARTS)
+        else errors.line(world, other)
         for other in world.organ.tubes
         if other != tube
     }
+
+
+def _with_radius(world: World, tube: str, line_m: Array) -> tuple[Array, Array]:
+    return line_m, np.full(len(line_m), world.tubes.radius_m(tube))
 
 
 def hanging_room_m(
@@ -143,27 +160,22 @@ def hanging_room_m(
 
     The way counts as in `tube_room_m`: a tool would carry a hanging end along, into its jaws.
     """
-    ends = _cut_tubes(world, tube, _hanging_m)
-    return _room_on_way_m(world, ends, T_world_tool, tool, opening_rad)
+    cut = [other for other in world.organ.tubes if len(world.tubes.severed_rings(other))]
+    ends = {t: _with_radius(world, t, _hanging_m(world, t)) for t in cut if t != tube}
+    return _room_on_way_m(ends, T_world_tool, tool, opening_rad)
 
 
 def _room_on_way_m(
-    world: World, lines: dict[str, Array], T_world_tool: Array, tool: str, opening_rad: float
+    lines: dict[str, tuple[Array, Array]], T_world_tool: Array, tool: str, opening_rad: float
 ) -> float:
-    """Return the least gap from the open jaws to tubes' lines (n, 3), on the way to a pose, m."""
+    """Return the least gap from the open jaws to tubes' lines, on the way to a pose, m."""
     way = [inverse_pose(before(T_world_tool, back_m)) for back_m in WAY_M]
     gaps = [
-        _gap_m(transform(to_tool, line_m), tool, opening_rad) - world.tubes.radius_m(tube)
-        for tube, line_m in lines.items()
+        _gap_m(transform(to_tool, line_m), tool, opening_rad, radius_m)
+        for line_m, radius_m in lines.values()
         for to_tool in way
     ]
     return min(gaps, default=np.inf)
-
-
-def _cut_tubes(world: World, tube: str, part_m: Callable[[World, str], Array]) -> dict[str, Array]:
-    """Return a part (n, 3) of each other tube that is cut, world frame."""
-    others = [other for other in world.organ.tubes if other != tube]
-    return {t: part_m(world, t) for t in others if len(world.tubes.severed_rings(t))}
 
 
 def _hanging_m(world: World, tube: str) -> Array:
@@ -179,17 +191,18 @@ def _stump_m(world: World, tube: str) -> Array:
     return subdivide(world.tubes.centres(tube)[: cut + 1], LINE_PARTS)
 
 
-def _left_instrument(world: World) -> Iterator[tuple[Array, float]]:
-    """Yield lines (n, 3), world frame, and radii that cover the left instrument."""
+def _left_instrument(world: World) -> Iterator[tuple[Array, Array]]:
+    """Yield lines (n, 3), world frame, and radii (n,) that cover the left instrument."""
     shapes, share = world.arms.contact_shapes(), np.linspace(0.0, 1.0, ARM_PARTS)[:, None]
     for k in range(N_LINK):
         along = shapes.a_world_m[k] + share * (shapes.b_world_m[k] - shapes.a_world_m[k])
         for side in (-1.0, 1.0):
-            yield along + side * shapes.w_world_m[k], float(shapes.radius_m[k])
+            line_m = along + side * shapes.w_world_m[k]
+            yield line_m, np.full(len(line_m), shapes.radius_m[k])
 
 
-def _gap_m(points_tool_m: Array, tool: str, opening_rad: float) -> float:
-    """Return the distance of points (n, 3) to the surface of the nearer open finger.
+def _gap_m(points_tool_m: Array, tool: str, opening_rad: float, radius_m: Array) -> float:
+    """Return the gap from balls at points (n, 3) with radii (n,) to the nearer open finger.
 
     A finger is the rounded patch that touches tissue (`mechanics/touch.py`).
     """
@@ -201,7 +214,7 @@ def _gap_m(points_tool_m: Array, tool: str, opening_rad: float) -> float:
     middle = outer_face_m(tool, opening_rad, np.clip(z, -reach_m, 0.0))
     middle = middle - fingers.finger_half_thickness_m
     away = np.sqrt(beside**2 + beyond**2 + (np.abs(y) - middle) ** 2)
-    return float(away.min()) - fingers.finger_half_thickness_m
+    return float((away - radius_m).min()) - fingers.finger_half_thickness_m
 
 
 def catches_another(

@@ -1,4 +1,4 @@
-"""Define a phase, the part of a skill: one arm moves towards a goal until a condition holds."""
+"""Define a phase, the part of a skill: one arm moves to a goal until a condition holds."""
 
 from __future__ import annotations
 
@@ -6,11 +6,28 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
+from controller.expert.line_errors import NO_ERRORS, LineErrors
 from controller.expert.motion import Goal
 from tissue_sim.frames import Array
 
 if TYPE_CHECKING:
     from tissue_sim.world import World
+
+
+@dataclass(frozen=True, kw_only=True)
+class Attempt:
+    """An attempt at a task.
+
+    Attributes:
+        number: Number of the attempts before it.
+        errors: What the observation is off when it begins.
+    """
+
+    number: int = 0
+    errors: LineErrors = NO_ERRORS
+
+
+FIRST = Attempt()
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -13,7 +13,7 @@ from controller.expert.approach import STANDOFF_M, clear_approach
 from controller.expert.exposure import JawPlace, exposing
 from controller.expert.jaw_room import catches_another, outer_face_m
 from controller.expert.motion import PHASE_MAX_S, Goal, before, distance
-from controller.expert.phase import Phase, stay
+from controller.expert.phase import FIRST, Attempt, Phase, stay
 from controller.expert.targets import (
     belongs_here,
     clip_pose,
@@ -62,10 +62,10 @@ SNAG_N, NARROW_RAD = 1.0, 0.1  # below the force of an injury; assumed
 HELD_OFF_S = 5.0  # beside its place, by the filter; then the jaws close if that is where they may
 
 
-def skill(task: Task, world: World, attempt: int = 0) -> tuple[Phase, ...]:
+def skill(task: Task, world: World, attempt: Attempt = FIRST) -> tuple[Phase, ...]:
     """Return the phases that carry out a task in this patient, from any pose of the arm.
 
-    A further attempt (1, 2, ...) approaches the tube from another side. A gallbladder that is held
+    A further attempt approaches the tube from another side. A gallbladder that is held
     at its proper place is not released. For a tube that this patient lacks, the arm stays.
     """
     if lacks_clip(task, world):
@@ -83,7 +83,7 @@ def lacks_clip(task: Task, world: World) -> bool:
     return task.places_clip and not world.record.clip_loaded
 
 
-def grasp_gallbladder(task: Task, world: World, attempt: int) -> tuple[Phase, ...]:
+def grasp_gallbladder(task: Task, world: World, attempt: Attempt) -> tuple[Phase, ...]:
     """Return the phases that take hold of the gallbladder, and straighten and part the tubes."""
     del task, attempt
     opening = grasp_opening_rad(world)
@@ -93,7 +93,7 @@ def grasp_gallbladder(task: Task, world: World, attempt: int) -> tuple[Phase, ..
     return _from_outside(LEFT_ARM, (*reach, *hold_on), opening, world)
 
 
-def place_clip(task: Task, world: World, attempt: int) -> tuple[Phase, ...]:
+def place_clip(task: Task, world: World, attempt: Attempt) -> tuple[Phase, ...]:
     """Return the phases that place the task's clip on its tube."""
     tube = structure_of(task, world)
     clip = partial(clip_pose, tube=tube, k=task.clip or 1)
@@ -101,7 +101,7 @@ def place_clip(task: Task, world: World, attempt: int) -> tuple[Phase, ...]:
     return _close_on(world, tube, clip, _opening_rad(task, world), tool, attempt)
 
 
-def cut_tube(task: Task, world: World, attempt: int) -> tuple[Phase, ...]:
+def cut_tube(task: Task, world: World, attempt: Attempt) -> tuple[Phase, ...]:
     """Return the phases that cut the task's tube between its clips."""
     tube = structure_of(task, world)
     cut = partial(cut_pose, tube=tube)
@@ -109,13 +109,13 @@ def cut_tube(task: Task, world: World, attempt: int) -> tuple[Phase, ...]:
     return _close_on(world, tube, cut, _opening_rad(task, world), tool, attempt)
 
 
-def retract(task: Task, world: World, attempt: int) -> tuple[Phase, ...]:
+def retract(task: Task, world: World, attempt: Attempt) -> tuple[Phase, ...]:
     """Return the phases that open the right jaws and take the arm back."""
     del attempt
     return _retreat(_opening_rad(task, world))
 
 
-SKILLS: dict[str, Callable[[Task, World, int], tuple[Phase, ...]]] = {
+SKILLS: dict[str, Callable[[Task, World, Attempt], tuple[Phase, ...]]] = {
     "grab": grasp_gallbladder,
     "clip": place_clip,
     "go_back": retract,
@@ -192,7 +192,7 @@ def _close_on(
     pose: Callable[..., Array],
     opening: float,
     tool: str,
-    attempt: int,
+    attempt: Attempt,
 ) -> tuple[Phase, ...]:
     """Return phases that go to a pose on a tube, from a clear side, and close on that tube only.
 
@@ -212,9 +212,9 @@ def _close_on(
     def close(world: World, start: Array) -> Goal:
         T, jaw_rad = world.arms.T_world_tool()[arm], float(world.arms.joints[arm, 6])
         if catches_another(world, tube, T, tool, jaw_rad):
-            return Goal()
+            return Goal(jaw_rad=jaw_rad)
         follows = target(world, float(np.clip(jaw_rad / opening, 0.0, 1.0)))
-        shut_rad = SHUT_RAD if belongs_here(world, tube, T) else None
+        shut_rad = SHUT_RAD if belongs_here(world, tube, T) else jaw_rad
         goal_pose = None if traction.is_drawn_out(world) else follows
         return Goal(T_world_tool=goal_pose, jaw_rad=shut_rad, speed_m_s=NEAR_SPEED_M_S)
 
@@ -225,7 +225,14 @@ def _close_on(
     shut = Phase(name="close where it belongs", arm=arm, goal=close, done=_snapped)
     if _is_astride(world, tube, target(world), tool):
         return astride, shut, stay(arm)
-    place = JawPlace(tube=tube, tool=tool, opening_rad=opening, on_wall=on_wall, target=target)
+    place = JawPlace(
+        tube=tube,
+        tool=tool,
+        opening_rad=opening,
+        on_wall=on_wall,
+        target=target,
+        errors=attempt.errors,
+    )
     ready = exposing(world, place)
     return _from_outside(arm, (*ready, stand, astride, shut, stay(arm)), opening, world)
 

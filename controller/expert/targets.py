@@ -12,9 +12,10 @@ from tissue_sim.frames import AWAY, LEFT, RIGHT, Array, exponential, pose, unit
 from tissue_sim.outcome import clip_rule
 from tissue_sim.outcome.clip_rule import clips_needed, cut_room_m, spacing_m
 from tissue_sim.outcome.predicates import applier_on
-from tissue_sim.patient.tubes import SAC_HALF_GAP_M, Tubes
+from tissue_sim.patient.tubes import SAC_HALF_GAP_M, TIP_EDGE_M, Crossing, Tubes
 from tissue_sim.thresholds import CLIP_MAX_TILT_RAD, CLIP_MIN_GAP_M, CUFF_MIN_M
 from tissue_sim.tools.arms import RIGHT_ARM
+from tissue_sim.tools.clips import ClipKind
 from tissue_sim.tools.instruments import BLADE_LENGTH_M, GRASPER, INSTRUMENTS, Instrument, clip_of
 
 if TYPE_CHECKING:
@@ -107,13 +108,15 @@ def belongs_here(world: World, tube: str, T_world_tool: Array) -> bool:
 
     The filter may have held the tool off its place; a clip or a cut beside the place is of no use.
     The last clip leaves room for the cut, and a cut lies between the clips beside it. Only the last
-    clip may hold the gallbladder's wall.
+    clip may hold the gallbladder's wall. A clip that holds only a part of the tube comes off.
     """
     tool = world.arms.mounted[RIGHT_ARM]
     crossing = world.tubes.crossing(tube, T_world_tool, tool.mouth_m[0])
     if crossing is None or crossing.tilt_rad > CLIP_MAX_TILT_RAD:
         return False
     if tool.clip:
+        if not _is_between_legs(world, tube, crossing, tool.clip):
+            return False
         last = next_is_last(world, tube)
         if not last and world.tubes.sac_between(T_world_tool, *tool.mouth_m, SAC_HALF_GAP_M):
             return False
@@ -129,6 +132,17 @@ def belongs_here(world: World, tube: str, T_world_tool: Array) -> bool:
         for clip in world.record.clips
         if not clip.lost and (x := clip.on(tube)) is not None
     )
+
+
+def _is_between_legs(world: World, tube: str, crossing: Crossing, clip: ClipKind) -> bool:
+    """Return whether the tube, pressed flat, would lie wholly between a clip's legs."""
+    z, flat_m = float(crossing.point_m[2]), _half_flat_m(world, tube)
+    return flat_m - clip.length_m < z < TIP_EDGE_M - flat_m
+
+
+def _half_flat_m(world: World, tube: str) -> float:
+    """Return half the width of a tube that is pressed flat, m."""
+    return 0.5 * np.pi * world.tubes.radius_m(tube)
 
 
 def next_is_last(world: World, tube: str) -> bool:
@@ -182,8 +196,7 @@ def _on_tube(
     point, along = world.tubes.point(tube, station_m)
     forward = np.cos(approach.turn_rad) * AWAY + np.sin(approach.turn_rad) * LEFT
     if approach.by_tip:
-        flat_m = 0.5 * np.pi * world.tubes.radius_m(tube)  # half the width of the flattened tube
-        beyond_m = min(beyond_m, flat_m + TIP_OVER_M)
+        beyond_m = min(beyond_m, _half_flat_m(world, tube) + TIP_OVER_M)
     T = astride(point, along, forward, beyond_m=beyond_m)
     T[:3, :3] = T[:3, :3] @ exponential(approach.tilt_rad * np.eye(3)[1])
     T[:3, 3] = point + beyond_m * T[:3, 2]

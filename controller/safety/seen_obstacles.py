@@ -179,4 +179,9 @@ def _capsules(line: LineSeen) -> tuple[Array, Array, Array]:
     """
     stays = line.parts_m()[0]
     std_m = np.maximum(line.std_m[:-1], line.std_m[1:])[: len(stays) - 1]
-    return stays[:-1], stays[1:], line.radius_m + np.minimum(UNSURE * std_m, MOST_M)
+    return stays[:-1], stays[1:], line.radius_m + thicker_m(std_m)
+
+
+def thicker_m(std_m: Array) -> Array:
+    """Return by how much structures with standard deviations (n,) count as thicker (n,)."""
+    return np.minimum(UNSURE * std_m, MOST_M)

@@ -13,7 +13,7 @@ from controller.driver import motion_between, rig_in
 from controller.expert.skills import JAW_TIME_S
 from planner.instruction import Instruction
 from scenarios.demonstration.failures import FailureTracker
-from scenarios.demonstration.labels import WINDOW_STEPS, first_correction_of
+from scenarios.demonstration.labels import SILENCE, WINDOW_STEPS, Advice, advice_from
 from scenarios.loop.results import EpisodeResult
 from scenarios.loop.step import Step
 from tissue_sim.constants import CONTROL_PERIOD_S
@@ -87,7 +87,7 @@ class DemonstrationRecorder:
         if not frames:
             raise ValueError(f"the procedure of seed {seed} ended before its first frame")
         n = len(frames)
-        corrections, flags = self._labels(frames)
+        advice, flags = zip(*self._labels(frames), strict=True)
         numbers = np.arange(n)
         heard = [f["instruction"] for f in frames]
         state, tissue = encoded_and_tissue(np.stack([f["seen"].vector() for f in frames]))
@@ -100,11 +100,11 @@ class DemonstrationRecorder:
             "frame_index": numbers,
             "task_index": np.array([_TASK_INDEX[text] for text in heard]),
             "instruction": strings(heard),
-            "correction": strings(corrections),
+            "correction": strings([a.correction for a in advice]),
             "flag": np.array(flags),
             "task": np.array([f["task"] for f in frames]),
             "kind": strings([kind] * n),
-            "left": np.array([f["left"] for f in frames], np.float32),
+            "left": np.array([a.left for a in advice], np.float32),
             "expert": np.array([f["expert"] for f in frames]),
             "forked_from": np.full(n, NOT_FORKED),
             "segment": np.unique([f["segment"] for f in frames], return_inverse=True)[1],
@@ -122,36 +122,37 @@ class DemonstrationRecorder:
             "exact": self._exact,
             "action": action.vector(),
             "instruction": step.instruction.text,
-            "heard": correction.text if correction else "",
+            "heard": heard_of(step.instruction),
             "task": step.instruction.task.index,
-            "left": left_of(step.instruction),
             "expert": guided or (not step.disturbed and self._expert_acts()),
             "corrected": bool(correction) and step.instruction.source == "human",
             "failed": self._failed and step.asked is not None,
             "segment": self._segment,
         }
 
-    def _labels(self, frames: Sequence[dict[str, Any]]) -> tuple[list[str], list[bool]]:
+    def _labels(self, frames: Sequence[dict[str, Any]]) -> list[tuple[Advice, bool]]:
         """Return the correction of each frame, and whether the correction is needed."""
-        corrections, flags = [], []
+        labels = []
         for k, frame in enumerate(frames):
-            wanted = _motion_in_words(frames, k) if frame["failed"] else ""
-            corrections.append(frame["heard"] or wanted)
-            flags.append(bool(wanted) or frame["corrected"])
-        return corrections, flags
+            wanted = _motion_in_words(frames, k) if frame["failed"] else SILENCE
+            heard = frame["heard"]
+            said = heard if heard.correction else wanted
+            labels.append((said, wanted != SILENCE or frame["corrected"]))
+        return labels
 
 
-def left_of(said: Instruction) -> tuple[float, float]:
-    """Return what is left of a correction: m, and rad; `UNNAMED` where it was not named."""
+def heard_of(said: Instruction) -> Advice:
+    """Return the correction in force, and what is left of it."""
     both = said.left_m, said.left_rad
     left_m, left_rad = (UNNAMED if left is None else max(left, 0.0) for left in both)
-    return left_m, left_rad
+    text = said.correction.text if said.correction else ""
+    return Advice(correction=text, left=(left_m, left_rad))
 
 
-def _motion_in_words(frames: Sequence[dict[str, Any]], k: int) -> str:
+def _motion_in_words(frames: Sequence[dict[str, Any]], k: int) -> Advice:
     """Return the correction that describes the next second, or a second after a pause."""
     starts = range(k, min(k + PAUSE_STEPS, len(frames)))
-    return first_correction_of(_motion_from(frames, start) for start in starts)
+    return advice_from(_motion_from(frames, start) for start in starts)
 
 
 def _motion_from(frames: Sequence[dict[str, Any]], k: int) -> tuple[np.ndarray, np.ndarray]:

@@ -9,32 +9,63 @@ code); the jaws' threshold is the middle of its range.
 from __future__ import annotations
 
 from collections.abc import Iterable
+from dataclasses import dataclass
 
 import numpy as np
 
-from planner.correction import CORRECTIONS, DIRECTION_ENDOSCOPE
+from controller.dataset.schema import UNNAMED
+from planner.correction import CORRECTIONS, DIRECTION_ENDOSCOPE, Correction
+from planner.correction_way import moved_m, opened_rad
 from tissue_sim.frames import Array
 
 WINDOW_STEPS = 30
 THRESHOLDS_M = {"left": (0.5e-3, 0.5e-3, 0.8e-3), "right": (1.0e-3, 0.8e-3, 1.5e-3)}
 THRESHOLD_RAD = 0.25
 ARMS = ("left", "right")
+FARTHEST_M = 0.02  # that a correction asks for
 _TEXTS = {(c.arm, c.direction, c.jaw): c.text for c in CORRECTIONS}
+_CORRECTION = {c.text: c for c in CORRECTIONS}
 
 
-def correction_of(moved_m: Array, opened_rad: Array) -> str:
+def correction_of(moved: Array, opened: Array) -> str:
     """Return the correction that describes a motion; "" if nothing moves enough.
 
     Args:
-        moved_m: (2, 3) motion of left and right tip, endoscope frame.
-        opened_rad: (2,) opening of the jaws; negative means closing.
+        moved: (2, 3) motion of left and right tip, endoscope frame, m.
+        opened: (2,) opening of the jaws, rad; negative means closing.
     """
-    return _direction_text(moved_m) or _jaw_text(opened_rad)
+    return _direction_text(moved) or _jaw_text(opened)
 
 
-def first_correction_of(motions: Iterable[tuple[Array, Array]]) -> str:
-    """Return the correction of the first motion that has one; "" if none has."""
-    return next(filter(None, (correction_of(*motion) for motion in motions)), "")
+@dataclass(frozen=True, kw_only=True)
+class Advice:
+    """A correction that would ask for a motion; "" for none.
+
+    Attributes:
+        correction: One of the 18 corrections, or "".
+        left: Its distance, m, and its opening of the jaws, rad; `UNNAMED` for what it lacks.
+    """
+
+    correction: str = ""
+    left: tuple[float, float] = (UNNAMED, UNNAMED)
+
+
+SILENCE = Advice()
+
+
+def advice_from(motions: Iterable[tuple[Array, Array]]) -> Advice:
+    """Return the correction of the first motion that has one, as far as this motion goes."""
+    for moved, opened in motions:
+        if text := correction_of(moved, opened):
+            return _as_far(_CORRECTION[text], moved, opened)
+    return SILENCE
+
+
+def _as_far(correction: Correction, moved: Array, opened: Array) -> Advice:
+    if correction.direction is None:
+        return Advice(correction=correction.text, left=(UNNAMED, opened_rad(correction, opened)))
+    far_m = min(moved_m(correction, moved), FARTHEST_M)
+    return Advice(correction=correction.text, left=(far_m, UNNAMED))
 
 
 def _direction_text(moved_m: Array) -> str:

@@ -17,7 +17,7 @@ from controller.expert.motion import CHUNK_STEPS
 from planner.instruction import Instruction
 from planner.scripted import PlannerScripted
 from scenarios.demonstration.demonstration_recorder import PAUSE_STEPS, DemonstrationRecorder
-from scenarios.demonstration.labels import WINDOW_STEPS, first_correction_of
+from scenarios.demonstration.labels import SILENCE, WINDOW_STEPS, Advice, advice_from
 from scenarios.loop.step import Step
 from tissue_sim.constants import CONTROL_PERIOD_S
 from tissue_sim.frames import Array
@@ -34,27 +34,27 @@ class RolloutRecorder(DemonstrationRecorder):
         """Begin, together with the oracle."""
         super().on_reset(world)
         self._oracle = PlannerScripted(world)
-        self._wanted, self._advised = self._oracle.plan(self._exact), ""
+        self._wanted, self._advised = self._oracle.plan(self._exact), SILENCE
 
     def on_step(self, step: Step) -> None:
         """Add a frame with its labels, and compute the labels of the next."""
         super().on_step(step)
         self._wanted = self._oracle.plan(self._exact)
-        self._advised = self._advice() if self._failed else ""
+        self._advised = self._advice() if self._failed else SILENCE
 
     def _frame(self, step: Step) -> dict[str, Any]:
         frame = super()._frame(step)
-        advice = self._advised if frame["failed"] else ""
+        advice = self._advised if frame["failed"] else SILENCE
         return frame | {"task": self._wanted.task.index, "advice": advice, "expert": False}
 
-    def _advice(self) -> str:
+    def _advice(self) -> Advice:
         """Return the correction that describes the expert's first motion from here."""
         said = Instruction(task=self._wanted.task)
-        return first_correction_of(_coming_seconds(self._world, self._exact, said))
+        return advice_from(_coming_seconds(self._world, self._exact, said))
 
-    def _labels(self, frames: Sequence[dict[str, Any]]) -> tuple[list[str], list[bool]]:
+    def _labels(self, frames: Sequence[dict[str, Any]]) -> list[tuple[Advice, bool]]:
         advised = [frame["advice"] for frame in frames]
-        return advised, [bool(advice) for advice in advised]
+        return [(advice, advice != SILENCE) for advice in advised]
 
 
 def _coming_seconds(

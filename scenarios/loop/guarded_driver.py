@@ -52,11 +52,13 @@ class GuardedDriver:
     ) -> JointCommand:
         """Return the joint command for an action in the current endoscope frame."""
         self.driver.calibrate(rig_in(self._world))
-        start, refused = self.driver.joints, self.driver.refused
+        start, refused, limited = self.driver.joints, self.driver.refused, self.driver.limited
         with self._clock.stage("driver"):
             asked = self.driver.drive(action)
         if self.driver.refused > refused:
             self._note(Entry(time_s=observation.time_s, limits=("reach: an arm holds",)))
+        elif self.driver.limited > limited:
+            self._note(Entry(time_s=observation.time_s, limits=("reach: a joint at its limit",)))
         if self.filter is None:
             return asked
         with self._clock.stage("safety filter"):

@@ -22,6 +22,7 @@ from tissue_sim.tools.psm import forward_kinematics
 T_WORLD_RCM = np.stack([port_pose(LEFT_ARM), port_pose(RIGHT_ARM)])
 NOMINAL = endoscope_pose(NOMINAL_PITCH_RAD, 0.0, 0.085)
 ASKEW = endoscope_pose(0.6, 0.08, 0.09)
+YAW = 5  # of the wrist: the last joint before the jaws
 ROUNDING = 1e-9  # inverse and forward kinematics: 1e-16 over a lever of a few mm, many times
 IN_WORLD = {  # the world's own axes: +x the surgeon's right, +y away from the surgeon, +z up
     "left": [-1, 0, 0],
@@ -149,6 +150,20 @@ def test_after_a_refusal_motion_goes_on_from_where_the_arm_is_held():
     assert driver.refused == 2
     moved = np.linalg.norm(tools(driver)[:, :3, 3] - before, axis=1)
     np.testing.assert_allclose(moved, 0.001, atol=ROUNDING)
+
+
+def test_a_joint_at_its_limit_stays_there_while_the_arm_goes_on():
+    joints, limit = np.tile(HOME_JOINTS, (2, 1)), INSTRUMENTS["clip_applier"].wrist_yaw_limit_rad
+    joints[RIGHT_ARM, YAW] = limit
+    driver = driver_at(joints)
+    before = tools(driver)[RIGHT_ARM]
+    back, further = -5e-4 * before[:3, 2] @ ASKEW[:3, :3], (0.001, 0.0, 0.0)
+    for _ in range(10):
+        driver.drive(action(move=back, turn=further))
+    assert (driver.refused, driver.limited) == (0, 10)
+    assert driver.joints[RIGHT_ARM, YAW] == limit
+    moved = np.linalg.norm(tools(driver)[RIGHT_ARM, :3, 3] - before[:3, 3])
+    assert moved == pytest.approx(0.005, rel=0.1)
 
 
 def test_another_tool_starts_from_its_own_pose():

@@ -11,7 +11,9 @@ from controller.expert import approach as approach_module
 from controller.expert.approach import FIRM_ROOM_M, SAC_ROOM_M, clear_approach, in_reach
 from controller.expert.approaches import APPROACHES, FURTHER, OFF_CENTRE_M, Approach
 from controller.expert.jaw_room import catches_another, firm_room_m, sac_room_m
-from controller.expert.skills import skill
+from controller.expert.line_errors import line_errors
+from controller.expert.phase import Attempt, Phase
+from controller.expert.skills import SHUT_RAD, skill
 from controller.expert.targets import (
     GRASP_BEYOND_M,
     _on_tube,
@@ -27,19 +29,21 @@ from controller.expert.traction import spread_direction
 from controller.kinematics import inverse_kinematics
 from controller.safety.geometry.collision import CollisionModel
 from controller.safety.geometry.link_cores import FINGERS
-from controller.safety.obstacles import registered, surroundings_of
+from controller.safety.obstacles import Surroundings, registered, surroundings_of
+from controller.safety.seen_obstacles import ObstaclesSeen
 from planner.procedure.cholecystectomy import task_from_text
 from tests.tissue_sim.hands import put
 from tests.tissue_sim.kinds import APPLIER as POLYMER_APPLIER
 from tests.tissue_sim.kinds import POLYMER
 from tests.tissue_sim.verification.bodies import astride
 from tests.worlds import textbook_world
-from tissue_sim.frames import AWAY, Array, exponential, inverse_pose, unit
+from tissue_sim.frames import AWAY, LEFT, Array, exponential, inverse_pose, unit
 from tissue_sim.outcome.clip_rule import FEWEST_CLIPS, cut_room_m, needed_m, spacing_m
 from tissue_sim.outcome.predicates import gap_m
 from tissue_sim.patient.at_risk import AT_RISK
 from tissue_sim.patient.organ import TUBES
 from tissue_sim.patient.textbook import textbook_from_seed
+from tissue_sim.sensing.observation import ROWS
 from tissue_sim.surgery.clip import Clip, latch
 from tissue_sim.surgery.cut import BLADE_LENGTH_M
 from tissue_sim.thresholds import CUFF_MIN_M
@@ -86,19 +90,37 @@ def test_beside_a_structure_at_risk_the_jaws_keep_away_from_it(world: World, tub
     assert room_m(close, chosen) > room_m(close, Approach()) + 2e-4
 
 
-def test_the_room_beside_a_structure_at_risk_is_the_filters_distance(world: World) -> None:
-    """Compare with the filter's own distance of the right fingers to the common bile duct."""
+def filters_distance_m(world: World, T_world_tool: Array, around: Surroundings) -> float:
+    """Return the filter's distance of the open right fingers to the structures at risk."""
     model = CollisionModel(registered(world), world.arms.T_world_rcm)
-    joints, T = world.target, clip_pose(world, "duct", 1)
-    T_rcm_tool = inverse_pose(world.arms.T_world_rcm[RIGHT_ARM]) @ T
-    applier = INSTRUMENTS[APPLIER]
+    joints, applier = world.target, INSTRUMENTS[APPLIER]
+    T_rcm_tool = inverse_pose(world.arms.T_world_rcm[RIGHT_ARM]) @ T_world_tool
     joints[RIGHT_ARM, :6] = inverse_kinematics(T_rcm_tool, applier, joints[RIGHT_ARM, :6])
     joints[RIGHT_ARM, 6] = OPEN_RAD
-    near = model.near(joints, world.arms.mounted, surroundings_of(world))
+    near = model.near(joints, world.arms.mounted, around)
     chosen = near.of(*AT_RISK) & (near.arm == RIGHT_ARM) & np.isin(near.link, FINGERS)
-    assert near.distance_m[chosen].min() == pytest.approx(
+    return float(near.distance_m[chosen].min())
+
+
+def test_the_room_beside_a_structure_at_risk_is_the_filters_distance(world: World) -> None:
+    T = clip_pose(world, "duct", 1)
+    assert filters_distance_m(world, T, surroundings_of(world)) == pytest.approx(
         firm_room_m(world, T, APPLIER, OPEN_RAD), abs=1e-4
     )
+
+
+def test_so_it_is_where_the_structure_is_observed_beside_its_place_and_with_doubt(
+    world: World,
+) -> None:
+    T, seen = clip_pose(world, "duct", 1), world.observe()
+    std_m = seen.std_m.copy()
+    std_m[ROWS["common_bile_duct_m"]] = 0.0008
+    off_m = 0.0012 * LEFT @ world.T_world_endoscope[:3, :3]
+    seen = replace(seen, common_bile_duct_m=seen.common_bile_duct_m + off_m, std_m=std_m)
+    room_m = firm_room_m(world, T, APPLIER, OPEN_RAD, line_errors(world, seen))
+    around = ObstaclesSeen().follow(seen)
+    assert filters_distance_m(world, T, around) == pytest.approx(room_m, abs=2e-4)
+    assert abs(room_m - firm_room_m(world, T, APPLIER, OPEN_RAD)) > 5e-4
 
 
 def test_a_tilted_approach_keeps_the_tube_at_its_station_between_the_jaws(world: World) -> None:
@@ -202,7 +224,7 @@ def test_each_attempt_comes_from_another_side_where_the_gallbladder_blocks_all(
     world.tissue.positions()[world.organ.sac_rings] = pose(world, APPROACHES[0])[:3, 3] + around
     usual_rad = opening_rad(world.tubes, "duct", APPLIER)
     first, second, third = (
-        clear_approach(world, "duct", pose, APPLIER, usual_rad, k) for k in range(3)
+        clear_approach(world, "duct", pose, APPLIER, usual_rad, Attempt(number=k)) for k in range(3)
     )
     room_m = {}
     for approach in APPROACHES:
@@ -291,12 +313,11 @@ def test_the_jaws_stay_open_while_another_tube_is_between_them(world: World) -> 
     task = task_from_text("clipping first clip left tube")
     mine, other = (world.anatomy.structure(side) for side in ("left", "right"))
     close = next(p for p in skill(task, world) if p.name.startswith("close"))
-    start = world.arms.T_world_tool()[RIGHT_ARM]
-    assert close.goal(world, start).jaw_rad is None  # nothing is between the jaws
+    assert not closes(close, world)  # nothing is between the jaws
     put_between_jaws(world, mine)
-    assert close.goal(world, start).jaw_rad is not None
+    assert closes(close, world)
     put_between_jaws(world, other)
-    assert close.goal(world, start).jaw_rad is None
+    assert not closes(close, world)
 
 
 def test_the_gallbladder_is_drawn_to_where_the_tubes_part(world: World) -> None:
@@ -323,16 +344,36 @@ def test_the_open_grasper_passes_the_infundibulum(world: World, width_m: float) 
     assert hinge_m * np.tan(0.5 * opening) > radius_m + 0.001
 
 
-def put_between_jaws(world: World, tube: str) -> None:
-    """Move a tube to a line square across the right jaws."""
+def closes(close: Phase, world: World) -> bool:
+    """Return whether the jaws close now; otherwise they stay as open as they are."""
+    jaw_rad = close.goal(world, world.arms.T_world_tool()[RIGHT_ARM]).jaw_rad
+    assert jaw_rad in (SHUT_RAD, world.arms.joints[RIGHT_ARM, 6])
+    return jaw_rad == SHUT_RAD
+
+
+def put_between_jaws(world: World, tube: str, depth_m: float = 0.004) -> None:
+    """Move a tube to a line square across the right jaws, this far behind their tips."""
     T, rings = world.arms.T_world_tool()[RIGHT_ARM], world.organ.rings[tube]
     spread = np.linspace(-0.01, 0.01, len(rings))[:, None, None]
-    world.tissue.positions()[rings] = T[:3, 3] - 0.004 * T[:3, 2] + spread * T[:3, 0]
+    world.tissue.positions()[rings] = T[:3, 3] - depth_m * T[:3, 2] + spread * T[:3, 0]
 
 
-@pytest.mark.parametrize(("off_m", "closes"), [(0.0036, False), (0.0038, True)])
+@pytest.mark.parametrize("beyond_m", [-0.0005, 0.0005])
+def test_the_applier_closes_only_where_the_pressed_tube_lies_wholly_between_its_legs(
+    world: World, beyond_m: float
+) -> None:
+    task = task_from_text("clipping first clip left tube")
+    tube = world.anatomy.structure("left")
+    close = next(p for p in skill(task, world) if p.name.startswith("close"))
+    half_m = 0.5 * np.pi * world.tubes.radius_m(tube)
+    for edge_m in (half_m + beyond_m, POLYMER.length_m - half_m - beyond_m):
+        put_between_jaws(world, tube, edge_m)
+        assert closes(close, world) == (beyond_m > 0.0)
+
+
+@pytest.mark.parametrize(("off_m", "there"), [(0.0036, False), (0.0038, True)])
 def test_the_applier_does_not_close_too_near_to_another_clip(
-    world: World, off_m: float, *, closes: bool
+    world: World, off_m: float, *, there: bool
 ) -> None:
     task = task_from_text("clipping second clip left tube")
     tube, start = world.anatomy.structure("left"), world.arms.T_world_tool()[RIGHT_ARM]
@@ -348,7 +389,7 @@ def test_the_applier_does_not_close_too_near_to_another_clip(
         crossings=(replace(here, station_m=here.station_m - off_m),),
     )
     world.record = replace(world.record, clips=(clip,))
-    assert (close.goal(world, start).jaw_rad is not None) == closes
+    assert closes(close, world) == there
 
 
 @pytest.mark.parametrize(

@@ -3,8 +3,9 @@
 import numpy as np
 import pytest
 
+from controller.dataset.schema import UNNAMED
 from planner.correction import CORRECTIONS, DIRECTION_ENDOSCOPE
-from scenarios.demonstration.labels import correction_of
+from scenarios.demonstration.labels import FARTHEST_M, SILENCE, advice_from, correction_of
 
 ARMS = {"left": [0], "right": [1], "both": [0, 1]}
 
@@ -35,3 +36,18 @@ def test_the_axis_furthest_beyond_its_threshold_wins():
     assert correction_of(moved_m, np.zeros(2)) == "move right arm lower"
     moved_m[0, 0] = -0.0020  # threshold 0.5 mm
     assert correction_of(moved_m, np.zeros(2)) == "move left arm to the right"
+
+
+@pytest.mark.parametrize("correction", CORRECTIONS, ids=lambda c: c.text)
+def test_advice_goes_as_far_as_the_first_motion_that_has_words(correction):
+    still = np.zeros((2, 3)), np.zeros(2)
+    advice = advice_from([still, motion_of(correction), motion_of(correction, move_m=0.009)])
+    named = (UNNAMED, 0.5) if correction.direction is None else (0.004, UNNAMED)
+    assert advice.correction == correction.text
+    assert advice.left == pytest.approx(named)
+    assert advice_from([still]) == SILENCE
+
+
+def test_no_advice_goes_farther_than_a_correction_may():
+    farther = next(c for c in CORRECTIONS if c.direction == "higher")
+    assert advice_from([motion_of(farther, move_m=0.05)]).left[0] == FARTHEST_M
