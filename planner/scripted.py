@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
@@ -60,8 +61,8 @@ class PlannerScripted:
         order = self._given_order or self._usual_order()
         self._order = [task for task in order if has_tube(task, self._world.anatomy)]
         self._index = self._furthest = 0
-        self._since_s, self._tries = 0.0, 1
-        self._backing_off = False
+        self._since_s, self._backing_off = 0.0, False
+        self._failed = Counter[int]()  # tries of each task in the order
 
     def plan(self, observation: Observation) -> Instruction:
         """Return the first task in the order that is not over; the last one when all are over."""
@@ -70,11 +71,11 @@ class PlannerScripted:
             return Instruction(task=task, hold=True, call=True, remark=why, time_s=now_s)
         if self._backing_off:
             if right_arm_back(self._world):
-                self._tries += 1
+                self._failed[self._index] += 1
                 self._backing_off, self._since_s = False, now_s
                 self._index = 0 if self._slipped() else self._index
         elif task_over(task, self._world):
-            self._index, self._since_s, self._tries = self._next_to_do(), now_s, 1
+            self._index, self._since_s = self._next_to_do(), now_s
         elif task.is_deed:
             self._backing_off = self._slipped() or now_s - self._since_s > PATIENCE_S
         said = self._order[self._index + 1 if self._backing_off else self._index]
@@ -89,7 +90,7 @@ class PlannerScripted:
 
     def _why_call(self, task: Task, now_s: float) -> str | None:
         """Return the reason why a person must be called now; None if there is no reason."""
-        if self._tries > MOST_TRIES:
+        if self._failed[self._index] >= MOST_TRIES:
             return failed_too_often(task)
         late = now_s - self._since_s > MOST_TRIES * PATIENCE_S and not self._backing_off
         if task.grasps and late and not task_over(task, self._world):

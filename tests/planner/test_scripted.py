@@ -24,7 +24,7 @@ from tissue_sim.patient.textbook import textbook_from_seed
 from tissue_sim.patient.variants import variant
 from tissue_sim.surgery.clip import latch
 from tissue_sim.surgery.cut import BLADE_LENGTH_M, sever
-from tissue_sim.tools.arms import RIGHT_ARM, JointCommand
+from tissue_sim.tools.arms import LEFT_ARM, RIGHT_ARM, JointCommand
 from tissue_sim.tools.instruments import applier_for
 from tissue_sim.world import World
 
@@ -73,6 +73,13 @@ def move_right_arm(world, *, insertion_m=None, jaw_rad=None, steps=30):
         if jaw_rad is not None:
             joints[RIGHT_ARM, 6] = start[6] + share * (jaw_rad - start[6])
         world.step(JointCommand(joints=joints), intended="duct")
+
+
+def open_grasper(world):
+    joints = world.target
+    joints[LEFT_ARM, 6] = 1.0
+    for _ in range(30):
+        world.step(JointCommand(joints=joints))
 
 
 def too_short_m(tube, diameter_m):
@@ -170,6 +177,22 @@ def test_a_task_that_has_failed_often_enough_is_left_to_a_person(at_the_tubes):
     assert calls[0].remark == f"{FIRST_CLIP.text!r} has failed {MOST_TRIES} times."
     tried = said[: said.index(calls[0])]
     assert [s.task for s in tried].count(BACK_FROM_FIRST_CLIP) == MOST_TRIES
+
+
+def test_a_grab_that_slips_does_not_answer_for_the_clip_s_tries(at_the_tubes):
+    """The grasper opens during the last of the clip's tries; the grab itself has not failed."""
+    planner, start_s = PlannerScripted(at_the_tubes), at_the_tubes.observe().time_s
+    move_right_arm(at_the_tubes, insertion_m=OUT_INSERTION_M)
+    said = []
+    for k in range(2 * MOST_TRIES):
+        if k == 2 * MOST_TRIES - 1:
+            open_grasper(at_the_tubes)
+        observation = replace(at_the_tubes.observe(), time_s=start_s + k * (PATIENCE_S + 0.1))
+        said.append(planner.plan(observation))
+    assert not any(s.call for s in said)
+    for second in (1.0, 2.0):
+        after = planner.plan(replace(observation, time_s=said[-1].time_s + second))
+        assert (after.task, after.call) == (GRAB, False)
 
 
 def test_a_grab_that_does_not_succeed_is_left_to_a_person(untouched):
