@@ -14,7 +14,7 @@ from controller.safety.clips_seen import crowded_by_clips, lacking_clips
 from controller.safety.exemption import worked_on
 from controller.safety.geometry.collision import NO_LINK, CollisionModel, NearPairs
 from controller.safety.giving_way import GivingWay, coming_m_s
-from controller.safety.jaws_seen import between_jaws_seen
+from controller.safety.jaws_seen import between_jaws_seen, partly_between_seen
 from controller.safety.obstacles import RigidSurroundings, Surroundings, registered
 from controller.safety.proof import safe_share
 from controller.safety.seen_obstacles import ObstaclesSeen
@@ -103,6 +103,7 @@ class FilterSense:
             between_jaws=self._between,
             lacking_clips=self._between and self._between & lacking_clips(observation),
             crowded=self._between and crowded_by_clips(observation, self._between),
+            partly=partly_between_seen(observation, self._between),
         )
 
     def safe_share(self, situation: Situation, motion: Array) -> float:

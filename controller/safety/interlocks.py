@@ -55,6 +55,12 @@ def require_room_beside_clips(situation: Situation) -> Bounds:
     return _no_closing(crowded) if crowded else NO_BOUNDS
 
 
+def close_on_whole_tubes(situation: Situation) -> Bounds:
+    """Keep the applier from closing on a part of a tube: such a clip comes off."""
+    partly = sorted(situation.partly)
+    return _no_closing(partly) if partly else NO_BOUNDS
+
+
 def obey_prohibitions(situation: Situation) -> Bounds:
     """Keep jaws from forbidden acts: to close on a tube, or to open."""
     forbidden = situation.instruction.forbidden
@@ -105,7 +111,8 @@ INTERLOCKS: dict[str, Limit] = {
     "clips before a cut": require_clips_before_cut,
     "only what is meant": close_on_what_is_meant,
     "room beside clips": require_room_beside_clips,
+    "whole tubes": close_on_whole_tubes,
     "forbidden by a person": obey_prohibitions,
     "slow near a structure at risk": slow_near_at_risk,
 }
-JAW_LOCKS = ("clips before a cut", "only what is meant", "room beside clips")
+JAW_LOCKS = ("clips before a cut", "only what is meant", "room beside clips", "whole tubes")

@@ -5,9 +5,15 @@ from __future__ import annotations
 import numpy as np
 
 from controller.safety.seen_obstacles import lines_seen
+from planner.scene.duct_side import structure_seen
 from tissue_sim.frames import Array, inverse_pose, transform
-from tissue_sim.patient.tubes import BETWEEN_HALF_GAP_M, GALLBLADDER, SAC_HALF_GAP_M
-from tissue_sim.sensing.observation import ROWS, Observation
+from tissue_sim.patient.tubes import (
+    BETWEEN_HALF_GAP_M,
+    GALLBLADDER,
+    SAC_HALF_GAP_M,
+    TIP_EDGE_M,
+)
+from tissue_sim.sensing.observation import ROWS, TUBE_ROWS, Observation
 from tissue_sim.tools.arms import RIGHT_ARM
 
 NOTHING = frozenset[str]()
@@ -48,12 +54,40 @@ def between_jaws_seen(observation: Observation, before: frozenset[str] = NOTHING
 
 def crosses(line: Array, radius_m: float, reach_m: float, unsure_m: float) -> bool:
     """Return whether a line (n, 3), tool frame, crosses the plane x = 0 between the jaws."""
+    return len(_depths_m(line, radius_m, reach_m, unsure_m)) > 0
+
+
+def _depths_m(line: Array, radius_m: float, reach_m: float, unsure_m: float) -> Array:
+    """Return z (k,) of the places where a line crosses the plane x = 0 between the jaws."""
     x = line[:, 0]
     spans = np.flatnonzero((x[:-1] * x[1:] <= 0.0) & (x[:-1] != x[1:]))
     share = (x[spans] / (x[spans] - x[spans + 1]))[:, None]
     _, y, z = (line[spans] + share * (line[spans + 1] - line[spans])).T
     within = (-reach_m <= z) & (z <= radius_m) & (np.abs(y) < BETWEEN_HALF_GAP_M + unsure_m)
-    return bool(within.any())
+    return z[within]
+
+
+def partly_between_seen(observation: Observation, between: frozenset[str]) -> frozenset[str]:
+    """Return the tubes between the jaws of which a clip would surely hold only a part.
+
+    A tube is pressed flat, to half its circumference (`Clip.complete`).
+    """
+    clip = observation.right_instrument.clip
+    if clip is None or not observation.clip_loaded or not between:
+        return NOTHING
+    T_tool_endoscope = inverse_pose(observation.tips_endoscope[RIGHT_ARM])
+    found = set()
+    for tube in observation.tubes:
+        if (name := structure_seen(tube, observation)) not in between:
+            continue
+        line = transform(T_tool_endoscope, observation.tube_m(tube))
+        unsure_m = SURE * float(observation.std_m[TUBE_ROWS[tube]].mean())
+        radius_m = observation.radius_m(tube)
+        half_m = 0.5 * np.pi * radius_m - unsure_m
+        z = _depths_m(line, radius_m, clip.length_m, unsure_m)
+        if ((z + half_m > TIP_EDGE_M) | (z - half_m < -clip.length_m)).any():
+            found.add(name)
+    return frozenset(found)
 
 
 def sac_within(axis: Array, radius_m: Array, reach_m: float, width_m: float) -> bool:

@@ -42,6 +42,7 @@ class Situation:
         between_jaws: Structures between the right tool's jaws; empty unless the jaws close.
         lacking_clips: Structures of `between_jaws` with fewer observed clips than a cut requires.
         crowded: Structures of `between_jaws` on which a clip is too near to the jaws.
+        partly: Tubes of `between_jaws` of which a clip would surely hold only a part.
     """
 
     step_s: float
@@ -61,6 +62,7 @@ class Situation:
     between_jaws: frozenset[str]
     lacking_clips: frozenset[str]
     crowded: frozenset[str]
+    partly: frozenset[str]
 
     @cached_property
     def motion(self) -> Array:

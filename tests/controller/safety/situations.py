@@ -62,6 +62,7 @@ def situation(asked=HOME, start=HOME, near=(), **changes):
         "between_jaws": frozenset(),
         "lacking_clips": frozenset(),
         "crowded": frozenset(),
+        "partly": frozenset(),
     }
     given = usual | changes
     motion = (asked - start).ravel()

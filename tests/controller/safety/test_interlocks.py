@@ -10,6 +10,7 @@ from controller.safety.interlocks import (
     NEAR_AT_RISK_M,
     SLOW_M_S,
     close_on_what_is_meant,
+    close_on_whole_tubes,
     obey_prohibitions,
     require_clips_before_cut,
     require_room_beside_clips,
@@ -140,3 +141,10 @@ def test_jaws_close_only_where_clips_leave_room():
     assert not keeps(crowded, CLOSES)
     assert keeps(crowded, OPENS)
     assert keeps(require_room_beside_clips(situation()), CLOSES)
+
+
+def test_the_applier_closes_on_whole_tubes_only():
+    partly = close_on_whole_tubes(situation(partly=frozenset({"duct"})))
+    assert not keeps(partly, CLOSES)
+    assert keeps(partly, OPENS)
+    assert keeps(close_on_whole_tubes(situation()), CLOSES)

@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from controller.safety.jaws_seen import between_jaws_seen
+from controller.safety.jaws_seen import between_jaws_seen, partly_between_seen
 from planner.scene.duct_side import tube_of
 from tests.tissue_sim.kinds import POLYMER
 from tests.tissue_sim.verification.bodies import astride
@@ -13,7 +13,7 @@ from tests.worlds import textbook_world
 from tissue_sim.frames import inverse_pose, unit
 from tissue_sim.patient.organ import TUBES
 from tissue_sim.patient.tube_names import USUAL_TUBES
-from tissue_sim.patient.tubes import GALLBLADDER, between_jaws
+from tissue_sim.patient.tubes import GALLBLADDER, TIP_EDGE_M, between_jaws
 from tissue_sim.sensing.observation import Observation
 from tissue_sim.tools.arms import RIGHT_ARM
 from tissue_sim.world import World
@@ -53,6 +53,19 @@ def test_jaws_in_the_gap_of_a_cut_tube_have_nothing_between_them(world, tube):
     whole = replace(seen, tubes_m=tubes_m)
     assert between_jaws_seen(whole) == {tube}
     assert between_jaws_seen(replace(whole, severed=severed)) == set()
+
+
+@pytest.mark.parametrize("tube", TUBES)
+@pytest.mark.parametrize("off_m", [-3e-4, 3e-4])
+def test_a_tube_is_partly_between_where_it_would_be_pressed_out_of_the_legs(world, tube, off_m):
+    """The tube lies this far within the legs' tip, or their root, or beyond."""
+    half_m, middle_m = 0.5 * np.pi * world.tubes.radius_m(tube), 0.5 * world.tubes.length_m[tube]
+    for depth_m in (half_m - TIP_EDGE_M + off_m, POLYMER.length_m - half_m - off_m):
+        seen = seen_with_tool_at(world, astride(world.tubes, tube, middle_m, beyond_m=depth_m))
+        assert partly_between_seen(seen, frozenset({tube})) == ({tube} if off_m < 0.0 else set())
+        doubtful = replace(seen, std_m=np.full_like(seen.std_m, 0.0006))
+        assert partly_between_seen(doubtful, frozenset({tube})) == set()
+        assert partly_between_seen(replace(seen, clip_loaded=False), frozenset({tube})) == set()
 
 
 def test_jaws_at_home_have_nothing_between_them(world):
