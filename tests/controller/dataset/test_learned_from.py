@@ -10,7 +10,7 @@ from controller.dataset.merge import merge
 from controller.dataset.part import part_bytes
 from controller.dataset.reader import COPIES, sensed_copy
 from controller.dataset.rollouts import rollout_of, rollouts
-from controller.dataset.schema import NOT_FORKED
+from controller.dataset.schema import NOT_FORKED, UNNAMED
 from controller.dataset.tables import strings
 from controller.diffusion.config import PolicyConfig
 from controller.diffusion.demonstrations import sensed
@@ -73,7 +73,10 @@ def test_a_planner_learns_nothing_from_orders_that_it_cannot_know(tmp_path):
 
 
 def test_a_demonstration_is_split_where_tools_were_exchanged_and_loses_no_frame():
-    episode = made(segment=np.array([0, 0, 0, 1, 1]))
+    heard = np.array([2, len(TASKS), 2, 2, len(TASKS) + 1])
+    episode = made(segment=np.array([0, 0, 0, 1, 1]), task_index=heard)
+    corrected = (heard >= len(TASKS))[:, None]
+    left = np.where(corrected, episode.columns["left"], UNNAMED)  # a label's is not in force
     runs = list(sensed(episode, copy=0))
     assert [len(run.actions) for run in runs] == [3, 2]
     whole = sensed_copy(episode.columns["privileged.state"], SEED, 0)
@@ -81,7 +84,7 @@ def test_a_demonstration_is_split_where_tools_were_exchanged_and_loses_no_frame(
         ("actions", episode.columns["action"]),
         ("expert", episode.columns["expert"]),
         ("task", episode.columns["task"] - 1),
-        ("left", episode.columns["left"]),
+        ("left", left),
         ("states", whole),
     ):
         np.testing.assert_array_equal(np.concatenate([getattr(r, name) for r in runs]), expected)
