@@ -22,7 +22,7 @@ from controller.expert.jaw_room import (
 )
 from controller.expert.line_errors import LineErrors
 from controller.expert.motion import FIRM_ROOM_M, before
-from controller.expert.phase import FIRST, Attempt
+from controller.expert.phase import FIRST, TaskAttempt
 from controller.kinematics import Unreachable, inverse_kinematics
 from tissue_sim.frames import Array, inverse_pose
 from tissue_sim.tools.arms import RIGHT_ARM
@@ -53,7 +53,7 @@ def clear_approach(
     pose: Callable[[World, Approach], Array],
     tool: str,
     opening_rad: float,
-    attempt: Attempt = FIRST,
+    attempt: TaskAttempt = FIRST,
     *,
     on_wall: bool = False,
 ) -> Approach:

@@ -12,7 +12,7 @@ from controller.action import Chunk
 from controller.expert.corrections import correcting
 from controller.expert.line_errors import line_errors
 from controller.expert.motion import Goal, chunk_towards
-from controller.expert.phase import Attempt, Phase
+from controller.expert.phase import Phase, TaskAttempt
 from controller.expert.skills import lacks_clip, skill
 from planner.instruction import Instruction
 from planner.policy_setup import PolicySetup, privileged
@@ -87,7 +87,7 @@ class ControllerExpert:
     def _begin(self, task: Task, observation: Observation) -> None:
         self._task, self._lacks_clip = task, lacks_clip(task, self._world)
         errors = line_errors(self._world, observation)
-        attempt = Attempt(number=self._attempts[task], errors=errors)
+        attempt = TaskAttempt(number=self._attempts[task], errors=errors)
         self._phases = skill(task, self._world, attempt)
         self._attempts[task] += 1
         self._enter(0, observation)

@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 
 
 @dataclass(frozen=True, kw_only=True)
-class Attempt:
+class TaskAttempt:
     """An attempt at a task.
 
     Attributes:
@@ -27,7 +27,7 @@ class Attempt:
     errors: LineErrors = NO_ERRORS
 
 
-FIRST = Attempt()
+FIRST = TaskAttempt()
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -13,7 +13,7 @@ from controller.expert.approach import STANDOFF_M, clear_approach
 from controller.expert.exposure import JawPlace, exposing
 from controller.expert.jaw_room import catches_another, outer_face_m
 from controller.expert.motion import PHASE_MAX_S, Goal, before, distance
-from controller.expert.phase import FIRST, Attempt, Phase, stay
+from controller.expert.phase import FIRST, Phase, TaskAttempt, stay
 from controller.expert.targets import (
     belongs_here,
     clip_pose,
@@ -62,7 +62,7 @@ SNAG_N, NARROW_RAD = 1.0, 0.1  # below the force of an injury; assumed
 HELD_OFF_S = 5.0  # beside its place, by the filter; then the jaws close if that is where they may
 
 
-def skill(task: Task, world: World, attempt: Attempt = FIRST) -> tuple[Phase, ...]:
+def skill(task: Task, world: World, attempt: TaskAttempt = FIRST) -> tuple[Phase, ...]:
     """Return the phases that carry out a task in this patient, from any pose of the arm.
 
     A further attempt approaches the tube from another side. A gallbladder that is held
@@ -83,7 +83,7 @@ def lacks_clip(task: Task, world: World) -> bool:
     return task.places_clip and not world.record.clip_loaded
 
 
-def grasp_gallbladder(task: Task, world: World, attempt: Attempt) -> tuple[Phase, ...]:
+def grasp_gallbladder(task: Task, world: World, attempt: TaskAttempt) -> tuple[Phase, ...]:
     """Return the phases that take hold of the gallbladder, and straighten and part the tubes."""
     del task, attempt
     opening = grasp_opening_rad(world)
@@ -93,7 +93,7 @@ def grasp_gallbladder(task: Task, world: World, attempt: Attempt) -> tuple[Phase
     return _from_outside(LEFT_ARM, (*reach, *hold_on), opening, world)
 
 
-def place_clip(task: Task, world: World, attempt: Attempt) -> tuple[Phase, ...]:
+def place_clip(task: Task, world: World, attempt: TaskAttempt) -> tuple[Phase, ...]:
     """Return the phases that place the task's clip on its tube."""
     tube = structure_of(task, world)
     clip = partial(clip_pose, tube=tube, k=task.clip or 1)
@@ -101,7 +101,7 @@ def place_clip(task: Task, world: World, attempt: Attempt) -> tuple[Phase, ...]:
     return _close_on(world, tube, clip, _opening_rad(task, world), tool, attempt)
 
 
-def cut_tube(task: Task, world: World, attempt: Attempt) -> tuple[Phase, ...]:
+def cut_tube(task: Task, world: World, attempt: TaskAttempt) -> tuple[Phase, ...]:
     """Return the phases that cut the task's tube between its clips."""
     tube = structure_of(task, world)
     cut = partial(cut_pose, tube=tube)
@@ -109,13 +109,13 @@ def cut_tube(task: Task, world: World, attempt: Attempt) -> tuple[Phase, ...]:
     return _close_on(world, tube, cut, _opening_rad(task, world), tool, attempt)
 
 
-def retract(task: Task, world: World, attempt: Attempt) -> tuple[Phase, ...]:
+def retract(task: Task, world: World, attempt: TaskAttempt) -> tuple[Phase, ...]:
     """Return the phases that open the right jaws and take the arm back."""
     del attempt
     return _retreat(_opening_rad(task, world))
 
 
-SKILLS: dict[str, Callable[[Task, World, Attempt], tuple[Phase, ...]]] = {
+SKILLS: dict[str, Callable[[Task, World, TaskAttempt], tuple[Phase, ...]]] = {
     "grab": grasp_gallbladder,
     "clip": place_clip,
     "go_back": retract,
@@ -192,7 +192,7 @@ def _close_on(
     pose: Callable[..., Array],
     opening: float,
     tool: str,
-    attempt: Attempt,
+    attempt: TaskAttempt,
 ) -> tuple[Phase, ...]:
     """Return phases that go to a pose on a tube, from a clear side, and close on that tube only.
 

@@ -104,7 +104,8 @@ def sac_within(axis: Array, radius_m: Array, reach_m: float, width_m: float) -> 
     )
     points = np.stack([part.ravel() for part in grid], axis=1)
     start, way = axis[:-1], np.diff(axis, axis=0)
-    along = np.einsum("nmk,mk->nm", points[:, None] - start, way) / np.vecdot(way, way)
+    length_sq = np.maximum(np.vecdot(way, way), np.finfo(float).tiny)
+    along = np.einsum("nmk,mk->nm", points[:, None] - start, way) / length_sq
     foot = start + along[..., None] * way
     wall_m = radius_m[:-1] + along * np.diff(radius_m)
     inside = np.linalg.norm(points[:, None] - foot, axis=-1) < wall_m

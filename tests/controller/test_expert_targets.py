@@ -12,7 +12,7 @@ from controller.expert.approach import FIRM_ROOM_M, SAC_ROOM_M, clear_approach, 
 from controller.expert.approaches import APPROACHES, FURTHER, OFF_CENTRE_M, Approach
 from controller.expert.jaw_room import catches_another, firm_room_m, sac_room_m
 from controller.expert.line_errors import line_errors
-from controller.expert.phase import Attempt, Phase
+from controller.expert.phase import Phase, TaskAttempt
 from controller.expert.skills import SHUT_RAD, skill
 from controller.expert.targets import (
     GRASP_BEYOND_M,
@@ -224,7 +224,8 @@ def test_each_attempt_comes_from_another_side_where_the_gallbladder_blocks_all(
     world.tissue.positions()[world.organ.sac_rings] = pose(world, APPROACHES[0])[:3, 3] + around
     usual_rad = opening_rad(world.tubes, "duct", APPLIER)
     first, second, third = (
-        clear_approach(world, "duct", pose, APPLIER, usual_rad, Attempt(number=k)) for k in range(3)
+        clear_approach(world, "duct", pose, APPLIER, usual_rad, TaskAttempt(number=k))
+        for k in range(3)
     )
     room_m = {}
     for approach in APPROACHES:

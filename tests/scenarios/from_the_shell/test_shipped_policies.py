@@ -12,7 +12,7 @@ from scenarios.cli import main
 from scenarios.commands.policy_options import say_who_acts
 from scenarios.loop.episode_config import EpisodeConfig
 from tests.scenarios.example_results import read_results
-from tests.stand_ins import LEARNERS, TRAINED, needs_trained
+from tests.stand_ins import LEARNERS, needs_trained
 from tissue_sim.constants import WORLD_VERSION
 
 MOST_BYTES = 20_000_000
@@ -27,6 +27,7 @@ OPTIONS = {
     "perception": "--perception-checkpoint",
 }
 OPERABLE = 10_707  # a tuning patient
+LEARNED_BY_DEFAULT = EpisodeConfig().planner == "learned"
 
 
 @pytest.mark.parametrize("learner", LEARNERS)
@@ -78,15 +79,15 @@ def test_learned_planner_and_controller_do_most_of_a_procedure(tmp_path):
     assert sum(task.success for task in episode.tasks) >= 9
 
 
-@needs_trained
+@pytest.mark.skipif(not LEARNED_BY_DEFAULT, reason="the oracle is the default")
 def test_without_a_choice_nobody_is_privileged(capsys):
     said = said_by_default(capsys)
     assert "planner: learned; controller: diffusion\n" in said
     assert "sense: tracked: " in said
 
 
-@pytest.mark.skipif(TRAINED, reason="learned policies are trained, so that they are the default")
-def test_until_policies_are_trained_the_defaults_say_that_they_are_privileged(capsys):
+@pytest.mark.skipif(LEARNED_BY_DEFAULT, reason="learned policies are the default")
+def test_defaults_that_are_privileged_say_so(capsys):
     said = said_by_default(capsys)
     assert "planner: scripted (privileged" in said
     assert "controller: expert (privileged" in said
