@@ -59,9 +59,8 @@ def run(config: EpisodeConfig, out: Path) -> Procedure:
 
 
 def run_by_command(out: Path) -> tuple[Path, subprocess.CompletedProcess[str]]:
-    """Call `calot run` in a process of its own; return its folder and its output."""
-    words = ["--planner", "scripted", "--controller", "expert", "--seed", str(SEED_BY_COMMAND)]
-    words += ["--scenario", "textbook"]
+    """Call `calot run` with its own choice of policies; return its folder and its output."""
+    words = ["--seed", str(SEED_BY_COMMAND), "--scenario", "textbook"]
     return out, subprocess.run(
         [sys.executable, "-m", "scenarios.cli", "run", *words, "--out", str(out)],
         cwd=ROOT,

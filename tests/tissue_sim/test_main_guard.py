@@ -12,7 +12,6 @@ from tests.slow import slow
 PRELUDE = """
 from scenarios.cli import main
 from scenarios.workers.pool import run_side_by_side
-from tissue_sim.vector import make_vec
 
 def double(number):
     return 2 * number
@@ -67,7 +66,8 @@ def test_the_command_line_says_it_in_one_line(tmp_path, words):
 
 @pytest.mark.slow
 def test_vector_environments_of_processes_are_refused_as_well(tmp_path):
-    ended = run(tmp_path, "make_vec(2, obs_mode='rgb')")
+    script = "from tissue_sim.vector import make_vec\nmake_vec(2, obs_mode='rgb')"
+    ended = run(tmp_path, script)
     assert REFUSED in ended.stderr.splitlines()[-1]
     assert ended.stderr.count("Traceback") == 1
 

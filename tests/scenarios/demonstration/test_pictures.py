@@ -146,6 +146,7 @@ def test_without_pictures_no_perception_is_trained(tmp_path, capfd):
     assert "collect --pictures" in complaint(capfd, *words)
 
 
+@pytest.mark.slow
 @pytest.mark.render
 @pytest.mark.skipif(not renderer_available(), reason="SAPIEN finds no Vulkan renderer here")
 def test_pictures_of_a_patient_train_a_perception_that_sees(tmp_path):

@@ -62,9 +62,10 @@ def test_where_none_is_shipped_one_line_says_how_to_make_one(learner, tmp_path, 
     assert err == f"calot: {OPTIONS[learner]}: {none}: {made}\n"
 
 
-def test_by_default_a_procedure_passes(tmp_path):
-    assert main(["run", "--seed", str(OPERABLE), "--out", str(tmp_path)]) == 0
-    (episode,) = read_results(tmp_path / "results.json")
+def test_by_default_a_procedure_passes(ran_by_command):
+    out, ended = ran_by_command
+    assert ended.returncode == 0
+    (episode,) = read_results(out / "results.json")
     assert episode.outcome == "passed"
     assert (episode.planner, episode.controller, episode.sense) == tuple(ORACLE.values())
 
