@@ -7,6 +7,8 @@ from dataclasses import dataclass
 from functools import partial
 from typing import TYPE_CHECKING
 
+import numpy as np
+
 from controller.expert import traction
 from controller.expert.approach import SAC_ROOM_M, TUBE_ROOM_M
 from controller.expert.arm_room import liver_of, liver_room_m
@@ -14,14 +16,16 @@ from controller.expert.jaw_room import firm_room_m, holds_wall, sac_room_m, tube
 from controller.expert.line_errors import NO_ERRORS, LineErrors
 from controller.expert.motion import FIRM_ROOM_M, Goal
 from controller.expert.phase import Phase
-from tissue_sim.frames import Array
+from tissue_sim.frames import AWAY, Array, exponential, pose, unit
 from tissue_sim.tools.arms import LEFT_ARM
 
 if TYPE_CHECKING:
     from tissue_sim.world import World
 
 WALL_SPARE_M = 0.0004  # by which the gallbladder's wall is drawn out of the jaws' way; assumed
-LOST_M = 0.0001  # a lift that takes so much room ends; assumed
+GAIN_M = 0.0001  # a swing that makes less room is none; assumed
+SWING_RAD, WAYS = 0.15, 8  # the swings that are compared; assumed
+UNMOVED = np.eye(4)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -55,9 +59,14 @@ class JawPlace:
         T, rad = self.target(world), self.opening_rad
         return tube_room_m(world, self.tube, T, self.tool, rad, self.errors) > TUBE_ROOM_M
 
-    def room_behind_m(self, world: World) -> float:
-        """Return the gap from the open jaws to the liver and to firm obstacles, m."""
-        T, tool, rad = self.target(world), self.tool, self.opening_rad
+    def room_behind_m(self, world: World, motion: Array = UNMOVED) -> float:
+        """Return the gap from the open jaws to the liver and to firm obstacles, m.
+
+        Args:
+            world: The world.
+            motion: Motion (4, 4) of the place from where it is, world frame.
+        """
+        T, tool, rad = motion @ self.target(world), self.tool, self.opening_rad
         firm_m = firm_room_m(world, T, tool, rad, self.errors)
         return min(liver_room_m(liver_of(world), T, tool, rad), firm_m)
 
@@ -70,23 +79,55 @@ def exposing(world: World, place: JawPlace) -> Iterator[Phase]:
         partial(traction.draw, tube),
         partial(traction.drawn, tube),
     )
-    room = [phase for phase in (_lift(place, world), _aside(place, world)) if phase]
+    room = [phase for phase in (_swing(place, world), _aside(place, world)) if phase]
     yield from room
     if room or not traction.eased(world, 0.0):
         yield _phase("ease the pull", traction.ease, traction.eased)
 
 
-def _lift(place: JawPlace, world: World) -> Phase | None:
-    """Return the phase that lifts the tube while that makes room behind it; None: there is room."""
+def _swing(place: JawPlace, world: World) -> Phase | None:
+    """Return the phase that swings the tube about its fixed end, clear of what stands beside it.
+
+    Returns:
+        None where the place has room already, or no swing gives it more.
+    """
     before_m = place.room_behind_m(world)
-    if before_m > FIRM_ROOM_M:
+    if before_m > FIRM_ROOM_M or clear_way(place, world)[1] < before_m + GAIN_M:
         return None
 
     def done(world: World, time_s: float) -> bool:
-        gains = before_m - LOST_M < place.room_behind_m(world) < FIRM_ROOM_M
-        return not gains or traction.has_lifted(world, place.tube, time_s)
+        room_m = place.room_behind_m(world)
+        most = room_m > FIRM_ROOM_M or room_m > clear_way(place, world)[1]
+        return most or traction.has_swung_clear(world, place.tube, time_s)
 
-    return _phase("lift the tube clear", traction.lift, done)
+    def goal(world: World, start: Array) -> Goal:
+        return traction.swing_clear(world, start, place.tube, clear_way(place, world)[0])
+
+    return _phase("swing the tube clear", goal, done)
+
+
+def clear_way(place: JawPlace, world: World) -> tuple[Array, float]:
+    """Return the unit vector (3,) across the tube along which a swing makes most room, and that, m.
+
+    The jaws' place turns with the tube about the tube's fixed end.
+    """
+    centres = world.tubes.centres(place.tube)
+    along = unit(centres[-1] - centres[0])
+    across = unit(np.cross(along, AWAY))
+    beside = np.cross(along, across)
+    ways = [np.cos(a) * across + np.sin(a) * beside for a in np.arange(WAYS) * 2 * np.pi / WAYS]
+    rooms_m = [
+        place.room_behind_m(world, about(centres[0], SWING_RAD * np.cross(along, way)))
+        for way in ways
+    ]
+    best = int(np.argmax(rooms_m))
+    return ways[best], rooms_m[best]
+
+
+def about(point: Array, turn: Array) -> Array:
+    """Return the motion (4, 4) that turns by a rotation vector (3,), rad, about a point (3,)."""
+    R = exponential(turn)
+    return pose(R, point - R @ point)
 
 
 def _aside(place: JawPlace, world: World) -> Phase | None:

@@ -136,16 +136,21 @@ def has_drawn(world: World, tube: str, time_s: float) -> bool:
     return not (held and free) or time_s > DRAW_MAX_S
 
 
-def lift(world: World, start: Array) -> Goal:
-    """Return a step of the grasper that lifts the tubes off the liver and off what lies behind."""
-    return _towards(world, start, -AWAY)
+def swing_clear(world: World, start: Array, tube: str, way: Array) -> Goal:
+    """Return a step of the grasper along a unit vector (3,) across a tube, on an arc about its end.
+
+    The step goes towards the tube's fixed end where the tube is stretched too far to follow.
+    """
+    centres = world.tubes.centres(tube)
+    tight = world.tubes.stretches()[tube] > EASED_STRETCH
+    back = unit(centres[0] - centres[-1]) if tight else np.zeros(3)
+    return _step(world, start, PULL_STEP_M * unit(way + back))
 
 
-def has_lifted(world: World, tube: str, time_s: float) -> bool:
-    """Return whether the grasper may lift the gallbladder no further."""
+def has_swung_clear(world: World, tube: str, time_s: float) -> bool:
+    """Return whether the grasper may swing the tube no further."""
     held = gallbladder_held(world) and not tube_severed(world, tube)
-    free = world.record.grasp.traction_n < PULL_MAX_N and not is_drawn_out(world)
-    return not (held and free) or time_s > DRAW_MAX_S
+    return not held or world.record.grasp.traction_n > PULL_MAX_N or time_s > DRAW_MAX_S
 
 
 def ease(world: World, start: Array) -> Goal:

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from controller.expert import traction
-from controller.expert.exposure import JawPlace, exposing
+from controller.expert.exposure import JawPlace, clear_way, exposing
 from controller.expert.jaw_room import side_of_tubes
 from controller.expert.motion import FIRM_ROOM_M
 from controller.expert.targets import (
@@ -88,17 +88,24 @@ def test_a_swing_straightens_the_slack_tube_and_draws_the_straight_one_no_furthe
     assert step @ (artery[-1] - artery[0]) > 0.0
 
 
-def test_a_lift_draws_off_the_liver_until_a_tube_is_drawn_out(world: World) -> None:
-    here = world.arms.T_world_tool()[LEFT_ARM]
-    goal = traction.lift(world, here).T_world_tool
-    assert goal is not None
-    np.testing.assert_allclose(goal[:3, 3] - here[:3, 3], -traction.PULL_STEP_M * AWAY, atol=1e-9)
-    assert traction.has_lifted(world, "duct", 0.0)  # the grasper holds nothing
+def test_a_swing_goes_across_the_tube_and_eases_one_that_is_stretched(world: World) -> None:
+    here, x = world.arms.T_world_tool()[LEFT_ARM], world.tissue.positions()
+    rings = world.organ.rings["artery"]
+    rest_m = x[rings].copy()
+    for stretch, eases in ((1.0, False), (traction.EASED_STRETCH + 0.02, True)):
+        x[rings] = rest_m[:1] + stretch * (rest_m - rest_m[:1])
+        centres = world.tubes.centres("artery")
+        along = unit(centres[-1] - centres[0])
+        goal = traction.swing_clear(world, here, "artery", unit(np.cross(along, AWAY)))
+        assert goal.T_world_tool is not None
+        towards_end = (goal.T_world_tool[:3, 3] - here[:3, 3]) @ -along
+        assert (towards_end > 0.5 * traction.PULL_STEP_M) == eases
+    assert traction.has_swung_clear(world, "artery", 0.0)  # the grasper holds nothing
 
 
 @pytest.mark.parametrize("structure", AT_RISK)
-def test_a_place_beside_a_structure_at_risk_asks_for_a_lift(world: World, structure: str) -> None:
-    """The filter would hold the right tool off it: the grasper lifts the tube first."""
+def test_a_place_beside_a_structure_at_risk_asks_for_a_swing(world: World, structure: str) -> None:
+    """The filter would hold the right tool off it: the grasper swings the tube first."""
     line = world.tubes.centres(structure)
     T = clip_pose(world, "artery", 1)
     for before_m, clear in ((0.0, False), (0.004, True)):
@@ -111,7 +118,11 @@ def test_a_place_beside_a_structure_at_risk_asks_for_a_lift(world: World, struct
             target=lambda world, open_share=1.0, T=T: T,
         )
         assert (place.room_behind_m(world) > FIRM_ROOM_M) == clear
-        assert ("lift the tube clear" in [p.name for p in exposing(world, place)]) != clear
+        assert ("swing the tube clear" in [p.name for p in exposing(world, place)]) != clear
+        way, room_m = clear_way(place, world)
+        centres = world.tubes.centres("artery")
+        assert abs(way @ unit(centres[-1] - centres[0])) < 1e-9
+        assert room_m > place.room_behind_m(world)
 
 
 def test_the_grasper_stays_off_the_end_of_a_second_artery() -> None:

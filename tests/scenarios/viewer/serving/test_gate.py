@@ -139,11 +139,13 @@ def test_what_another_program_says_is_heard_by_the_episode(served):
         status, answer = said(port, body, kind)
         assert status == 200
         assert answer["command"] in ("stop", "pause")
-    wait_until(lambda: any(line.kind == "said" for line in session.watcher.status().lines))
-    run_to(session, 0.5)
-    lines = [line for line in session.watcher.status().lines if line.kind == "said"]
-    assert [line.text for line in lines] == ["“don't cut”", "“wait”"]
-    assert all("I hold" in line.detail for line in lines)
+
+    def lines():
+        return [line for line in session.watcher.status().lines if line.kind == "said"]
+
+    wait_until(lambda: len(lines()) == 2)
+    assert [line.text for line in lines()] == ["“don't cut”", "“wait”"]
+    assert all("I hold" in line.detail for line in lines())
 
 
 def test_of_what_is_not_finished_only_a_warning_counts(served):
