@@ -35,6 +35,9 @@ if TYPE_CHECKING:  # heavy to import
 LEARNERS = ("controller", "planner", "perception", "pixels")
 PRESETS = ("full", "smoke")
 DEVICES = ("cpu", "cuda")
+SLOW_BFLOAT16 = (
+    "--bfloat16: this processor has no instructions for it, and is many times faster without"
+)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -65,7 +68,8 @@ class Train:
     threads: Annotated[int, at_least(1, MOST_WORKERS)] = 1
     """Number of CPU threads of torch."""
     bfloat16: bool = False
-    """Multiply matrices in bfloat16: 1.5 times as fast on some processors, slower on others."""
+    """Multiply matrices in bfloat16: 1.5 times as fast on processors with instructions for it, many
+    times slower on others."""
     device: Annotated[str, one_of(DEVICES)] = "cpu"
     """Where to train."""
     out: Path | None = None
@@ -93,6 +97,8 @@ class Train:
             raise BadInputError(
                 "--device cuda: torch finds no CUDA device; use --device cpu, or see `calot doctor`"
             )
+        if self.bfloat16 and self.device == "cpu" and not torch.cpu._is_avx512_bf16_supported():
+            Terminal(stderr=True).print(SLOW_BFLOAT16, soft_wrap=True)
         torch.set_num_threads(self.threads)
         with refusing(ValueError):
             checkpoint = getattr(self, f"_{self.learner}")(out)

@@ -2,6 +2,7 @@
 
 from dataclasses import replace
 from itertools import islice
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -23,6 +24,7 @@ from planner.instruction import CORRECTIONS, TASKS, Instruction
 from planner.learned.planner import make as learned
 from planner.policy_setup import PolicySetup
 from scenarios.cli import main
+from scenarios.commands.train import SLOW_BFLOAT16
 from scenarios.loop.episode_config import EpisodeConfig
 from scenarios.run_episode import begin
 from tests.controller.dataset.episodes import write_parts
@@ -50,6 +52,18 @@ def checkpoint(data, tmp_path_factory):
     assert main(words) == 0  # nothing is left to do
     assert (file.read_bytes(), file.stat().st_mtime_ns) == (before, written_ns)
     return out / "policy.safetensors"
+
+
+def test_a_processor_without_bfloat16_is_named_before_hours_are_lost(data, tmp_path, capsys):
+    words = ["train", "controller", "--preset", "smoke", "--steps", "1", "--data", str(data)]
+    for option, slow in (("--bfloat16", not has_bfloat16()), ("--no-bfloat16", False)):
+        assert main([*words, option, "--out", str(tmp_path / option)]) == 0
+        assert (SLOW_BFLOAT16 in capsys.readouterr().err) == slow
+
+
+def has_bfloat16():
+    """Return whether the kernel lists bfloat16 among the processor's instructions."""
+    return any("avx512_bf16" in line for line in Path("/proc/cpuinfo").read_text().splitlines())
 
 
 def commands(checkpoint):
