@@ -113,12 +113,11 @@ def clear_way(place: JawPlace, world: World) -> tuple[Array, float]:
     """
     centres = world.tubes.centres(place.tube)
     along = unit(centres[-1] - centres[0])
-    across = unit(np.cross(along, AWAY))
-    beside = np.cross(along, across)
-    ways = [np.cos(a) * across + np.sin(a) * beside for a in np.arange(WAYS) * 2 * np.pi / WAYS]
+    across = unit(AWAY - (AWAY @ along) * along)
+    ways = [exponential(angle * along) @ across for angle in np.arange(WAYS) * 2.0 * np.pi / WAYS]
+    quarter = exponential(0.5 * np.pi * along)
     rooms_m = [
-        place.room_behind_m(world, about(centres[0], SWING_RAD * np.cross(along, way)))
-        for way in ways
+        place.room_behind_m(world, about(centres[0], SWING_RAD * quarter @ way)) for way in ways
     ]
     best = int(np.argmax(rooms_m))
     return ways[best], rooms_m[best]
