@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from functools import partial
 from typing import TYPE_CHECKING
@@ -59,16 +59,20 @@ class JawPlace:
         T, rad = self.target(world), self.opening_rad
         return tube_room_m(world, self.tube, T, self.tool, rad, self.errors) > TUBE_ROOM_M
 
-    def room_behind_m(self, world: World, motion: Array = UNMOVED) -> float:
-        """Return the gap from the open jaws to the liver and to firm obstacles, m.
+    def room_behind_m(self, world: World) -> float:
+        """Return the gap from the open jaws to the liver and to firm obstacles, m."""
+        return self.rooms_behind_m(world, (UNMOVED,))[0]
 
-        Args:
-            world: The world.
-            motion: Motion (4, 4) of the place from where it is, world frame.
-        """
-        T, tool, rad = motion @ self.target(world), self.tool, self.opening_rad
-        firm_m = firm_room_m(world, T, tool, rad, self.errors)
-        return min(liver_room_m(liver_of(world), T, tool, rad), firm_m)
+    def rooms_behind_m(self, world: World, motions: Sequence[Array]) -> list[float]:
+        """Return the same for each motion (4, 4) of the place from where it is, world frame."""
+        T, tool, rad, liver = self.target(world), self.tool, self.opening_rad, liver_of(world)
+        return [
+            min(
+                liver_room_m(liver, motion @ T, tool, rad),
+                firm_room_m(world, motion @ T, tool, rad, self.errors),
+            )
+            for motion in motions
+        ]
 
 
 def exposing(world: World, place: JawPlace) -> Iterator[Phase]:
@@ -116,9 +120,8 @@ def clear_way(place: JawPlace, world: World) -> tuple[Array, float]:
     across = unit(AWAY - (AWAY @ along) * along)
     ways = [exponential(angle * along) @ across for angle in np.arange(WAYS) * 2.0 * np.pi / WAYS]
     quarter = exponential(0.5 * np.pi * along)
-    rooms_m = [
-        place.room_behind_m(world, about(centres[0], SWING_RAD * quarter @ way)) for way in ways
-    ]
+    swings = [about(centres[0], SWING_RAD * quarter @ way) for way in ways]
+    rooms_m = place.rooms_behind_m(world, swings)
     best = int(np.argmax(rooms_m))
     return ways[best], rooms_m[best]
 
